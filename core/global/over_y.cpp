@@ -31,8 +31,7 @@ constexpr double kMore = parameters::kSmall;
 constexpr Index kOften = parameters::kPatience;
 /// Searches that begin beside a maximum.
 constexpr std::size_t kBeside = parameters::kFew;
-/// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
-constexpr double kMuWithin = parameters::kSmall;
+/// Barrier parameter from which a start beside a maximum is not forgotten.
 constexpr double kMuBeside = parameters::kSlight;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
@@ -125,9 +124,8 @@ class MaximizationOverY {
       if (!maximize_from(std::move(v), options)) break;
       if (start + 1 >= count && limit_ && !climb()) break;
     }
-    found_.settled =
-        found_.valueless_corners.empty() &&
-        (start < kMostStartsOfRows || !may_be_higher(start, false) || is_found_often());
+    found_.settled = found_.valueless_corners.empty() &&
+                     (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -173,8 +171,7 @@ class MaximizationOverY {
     return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
   }
 
-  /// First where trajectories are at their worst; then a random one, every other one near where it
-  /// begins, of these every other one below a climb.
+  /// First where trajectories are at their worst; then a random one, every other one above it.
   [[nodiscard]] std::vector<double> drawn(const std::vector<double>& own, Index start,
                                           SolverOptions& options) {
     if (held_.empty()) {
@@ -186,21 +183,16 @@ class MaximizationOverY {
     const Index number = context_.drawn + start;
     std::vector<double> v = random_start(sampled_, own, number, options_);
     if (!held_.empty()) return follow(own, v);
-    if (start % 2 == 1 || !is_scattered()) return v;
-    const bool climbs = start % 4 == 2 && can_climb();
-    options = staying_near(options, climbs ? kMuBeside : kMuWithin);
-    return climbs
-               ? start_above(inner_, options_, center(), std::move(v), number, context_.work.counts)
-               : start_within(inner_, options_, center(), std::move(v), number);
+    if (start % 2 == 1 || !can_climb()) return v;
+    options = staying_near(options, kMuBeside);
+    return start_above(inner_, options_, center(), std::move(v), number, context_.work.counts);
   }
 
-  /// Whether random starts are to begin near points of Y, which equations leave at once.
-  [[nodiscard]] bool is_scattered() const {
-    return limit_ && !found_.maxima.empty() && !has_equation(inner_.structure());
-  }
-  /// Whether single variables lead up: of few all corners are known.
+  /// Whether single variables lead up from points of Y, which equations leave at once: of few all
+  /// corners are known.
   [[nodiscard]] bool can_climb() const {
-    return boxed_variables(inner_.structure(), options_).size() > kMostHeld;
+    return limit_ && !found_.maxima.empty() && !has_equation(inner_.structure()) &&
+           boxed_variables(inner_.structure(), options_).size() > kMostHeld;
   }
 
   /// Whether the maximizer has constraints other than equations.
@@ -225,15 +217,14 @@ class MaximizationOverY {
   }
 
   [[nodiscard]] bool may_go_on(Index made) const {
-    return made < kMostStartsOfRows && may_be_higher(made, context_.before != nullptr);
+    return made < kMostStartsOfRows && may_be_higher(made);
   }
 
   /// Whether another start is worth its cost. Where n random ones found w maxima,
   /// w (w + 1) / (n - w - 2) more are to be expected, to which w (w + 1) / (n (n - 1)) of all
   /// starts lead (Boender and Rinnooy Kan 1987): half a one is not, nor a rare one. Nor does one
-  /// count that would have to be higher than the highest by more than the known ones differ, at the
-  /// last look (`thorough`) by more than all values seen.
-  [[nodiscard]] bool may_be_higher(Index made, bool thorough) const {
+  /// count that would have to be higher than the highest by more than the known ones differ.
+  [[nodiscard]] bool may_be_higher(Index made) const {
     if (!limit_ || !may_look_longer(options_)) return false;
     Index distinct = 0;
     double lowest = kInfinity;
@@ -243,8 +234,7 @@ class MaximizationOverY {
       ++distinct;
     }
     const double most = highest();
-    const double more =
-        thorough ? found_.range.size() : std::max(most - lowest, kMore * found_.range.size());
+    const double more = std::max(most - lowest, kMore * found_.range.size());
     return !is_above_limit(most) && most + more > *limit_ &&
            (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
             distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
@@ -539,15 +529,6 @@ MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index 
   return maximize_over_y(inner, starts, given, context);
 }
 
-const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint) {
-  const SideScan* worst = nullptr;
-  for (const SideScan& side : scans) {
-    if (side.constraint != constraint || side.maxima.empty()) continue;
-    if (worst == nullptr || side.excess(0) > worst->excess(0)) worst = &side;
-  }
-  return worst;
-}
-
 std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<double>& x,
                                               Index starts,
                                               const std::vector<RobustCopies::WorstCase>& known,
@@ -555,63 +536,35 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
                                               const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
   std::vector<SideScan> scans;
-  const auto scan_side = [&](Index row, double side) {
+  const auto scan_side = [&](Index row, int side) {
     SideScan scan;
     scan.constraint = row;
-    scan.bound = side > 0.0 ? s.constraint_upper[at(row)] : -s.constraint_lower[at(row)];
+    scan.side = side;
+    scan.bound = side > 0 ? s.constraint_upper[at(row)] : -s.constraint_lower[at(row)];
     const double width = s.constraint_upper[at(row)] - s.constraint_lower[at(row)];
     scan.accepted = scan.bound + relaxation(scan.bound, width, context.options);
+    if (context.budget.used_up()) return scan;
     std::vector<std::vector<double>> given;
     for (const RobustCopies::WorstCase& other : known) {
-      if (other.constraint == row && other.side * side >= 0.0) given.push_back(other.v);
+      if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
     }
-    scan.settled = false;
-    if (context.budget.used_up()) return scan;
     RowOverY problem(model, row, side, x, scopes.of(row));
-    if (context.before != nullptr) {
-      const SideScan& before = (*context.before)[scans.size()];
-      if (has_equation(problem.structure()) || before.starts.size() >= kMostStartsOfRows) {
-        return before;
-      }
-      given.clear();
-      for (const auto& maximum : before.maxima) given.push_back(maximum.v);
-    }
     MaximizationContext sized = context;
     sized.size = units.size[at(row)];
-    MaximaOverY found = maximize_over_y(problem, starts, given, sized,
-                                        starts > 0 ? std::optional(scan.accepted) : std::nullopt);
-    scan.settled = found.finished && found.maximized;
-    scan.may_be_higher = !found.settled && !(found.proof && found.proof->complete);
-    scan.range = found.range;
-    scan.starts = std::move(found.starts);
-    scan.proof = std::move(found.proof);
+    static_cast<MaximaOverY&>(scan) = maximize_over_y(
+        problem, starts, given, sized, starts > 0 ? std::optional(scan.accepted) : std::nullopt);
     if (scan.proof) {
       scan.proof->seen = units.value(at(row), side, scan.proof->seen);
       scan.proof->proved = units.value(at(row), side, scan.proof->proved);
       describe(row, side, *scan.proof);
     }
-    const auto worst_case = [&](std::vector<double>& v) {
-      return RobustCopies::WorstCase{row, std::move(v), true, false, side > 0.0 ? 1 : -1};
-    };
-    for (WorstCaseMaximum& maximum : found.maxima) {
-      scan.values.push_back(maximum.value);
-      scan.maxima.push_back(worst_case(maximum.v));
-    }
-    for (auto& v : found.valueless_corners) scan.valueless_corners.push_back(worst_case(v));
     return scan;
   };
   for (const Index row : robust_constraints(s)) {
-    if (s.constraint_upper[at(row)] < context.options.nlp_upper_bound_inf) {
-      scans.push_back(scan_side(row, 1.0));
-    }
-    if (s.constraint_lower[at(row)] > context.options.nlp_lower_bound_inf) {
-      scans.push_back(scan_side(row, -1.0));
-    }
-  }
-  context.looked.functions = static_cast<Index>(scans.size());
-  context.looked.proofs.clear();
-  for (const SideScan& scan : scans) {
-    if (scan.proof) context.looked.proofs.push_back(*scan.proof);
+    if (s.constraint_upper[at(row)] < context.options.nlp_upper_bound_inf)
+      scans.push_back(scan_side(row, 1));
+    if (s.constraint_lower[at(row)] > context.options.nlp_lower_bound_inf)
+      scans.push_back(scan_side(row, -1));
   }
   return scans;
 }

@@ -32,8 +32,6 @@ namespace ipminmax {
 /// Most variables that are held at all their corners where others follow them.
 inline constexpr std::size_t kMostHeld = 3;
 
-struct SideScan;
-
 /// Who maximizes over y, and where the work goes.
 struct MaximizationContext {
   const SolverOptions& options;
@@ -44,11 +42,8 @@ struct MaximizationContext {
   SearchOverY& looked;           ///< maximizations are added
   /// What is to be proved, too; null: what minmax_worst_case_proof asks for.
   const ProofRequest* proof = nullptr;
-  ProofShare share{};  ///< of that
-  Index drawn = 0;     ///< random starts that other scans over y have had
-  /// What a scan at the same x has found, where this is the last look; null: it is not. Where y
-  /// follows equations, the first starts see most, and it is left as it is.
-  const std::vector<SideScan>* before = nullptr;
+  ProofShare share{};              ///< of that
+  Index drawn = 0;                 ///< random starts that other scans over y have had
   Witnesses* witnesses = nullptr;  ///< to which starts and maxima are added
   /// Size of the function where that is known: values at infeasible points show its range up to
   /// that.
@@ -99,36 +94,35 @@ void look_for_worst_case(Problem& problem, Index starts,
 /// Cuts what another form of a model has behind the model's own n variables and m constraints.
 void cut(std::size_t n, std::size_t m, Result& result);
 
-/// What maximizations of one side of a robust constraint over y have found at one x.
-struct SideScan {
+/// What maximizing side times a robust constraint over y at one x has found.
+struct SideScan : MaximaOverY {
   Index constraint = 0;
-  double bound = 0.0;                           ///< of side times the constraint
-  double accepted = 0.0;                        ///< the bound, relaxed
-  ValueRange range;                             ///< of its values
-  bool settled = true;                          ///< maximized, as often as was asked for
-  bool may_be_higher = false;                   ///< after the most starts, and no proof says other
-  std::vector<RobustCopies::WorstCase> maxima;  ///< distinct, the largest value first
-  std::vector<double> values;                   ///< theirs, side times the constraint
-  std::vector<std::vector<double>> starts;      ///< where the maximizations began
-  std::vector<RobustCopies::WorstCase> valueless_corners;  ///< as MaximaOverY's
-  std::optional<WorstCaseProof> proof;
+  int side = 1;           ///< 1: of the upper bound, -1: of the lower one
+  double bound = 0.0;     ///< of side times the constraint
+  double accepted = 0.0;  ///< the bound, relaxed
 
+  /// Whether it was maximized, as often as was asked for.
+  [[nodiscard]] bool is_complete() const { return finished && maximized; }
+  /// Whether a higher maximum is to be expected after the most starts, and no proof excludes it.
+  [[nodiscard]] bool may_be_higher() const { return !settled && !(proof && proof->complete); }
   /// Whether the k-th maximum exceeds the bound by more than tol of the range.
   [[nodiscard]] bool violates(std::size_t k, double tol) const {
-    return clearly_greater(values[k], accepted, range, tol);
+    return clearly_greater(maxima[k].value, accepted, range, tol);
   }
   /// Excess over the bound beside the range; negative: the constraint holds.
   [[nodiscard]] double excess(std::size_t k) const {
-    return (values[k] - accepted) / std::max(range.size(), std::numeric_limits<double>::min());
+    return (maxima[k].value - accepted) /
+           std::max(range.size(), std::numeric_limits<double>::min());
+  }
+  /// The worst case at this y, free to move with x.
+  [[nodiscard]] RobustCopies::WorstCase at_y(std::vector<double> v) const {
+    return {constraint, std::move(v), true, false, side};
   }
 };
 
-/// The side of a constraint that is violated most, or nearest to it; null: no maximum was found.
-[[nodiscard]] const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint);
-
 /// Maximizes each bounded side of each robust constraint over all of y at the x of a point, from
 /// the known worst cases and others. scopes: of the model. units: of its rows, for what is said of
-/// proofs. Of context.looked the functions and proofs are those of this x.
+/// proofs.
 [[nodiscard]] std::vector<SideScan> scan_robust_constraints(
     Problem& model, const std::vector<double>& x, Index starts,
     const std::vector<RobustCopies::WorstCase>& known, const RobustScopes& scopes,

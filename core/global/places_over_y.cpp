@@ -182,29 +182,19 @@ std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptio
   return best;
 }
 
-std::vector<double> start_within(Problem& inner, const SolverOptions& options,
-                                 std::span<const double> center, std::vector<double> random,
-                                 Index start) {
-  const ProblemStructure& s = inner.structure();
-  std::mt19937_64 generator(at(start));
-  const double share = uniform(generator);
-  for (const std::size_t i : boxed_variables(s, options)) {
-    const double middle = 0.5 * (s.variable_lower[i] + s.variable_upper[i]);
-    random[i] = random[i] > middle ? s.variable_upper[i] : s.variable_lower[i];
-  }
-  return drawn_back(inner, options, center, random, share);
-}
-
 std::vector<double> start_above(Problem& inner, const SolverOptions& options,
                                 std::span<const double> center, std::vector<double> random,
                                 Index start, Counts& counts) {
   const ProblemStructure& s = inner.structure();
+  std::mt19937_64 generator(at(start));
+  const double share = uniform(generator);
   std::vector<double> middle(center.begin(), center.end()), g(s.constraint_lower.size());
   for (const std::size_t i : boxed_variables(s, options)) {
     middle[i] = 0.5 * (s.variable_lower[i] + s.variable_upper[i]);
+    random[i] = random[i] > middle[i] ? s.variable_upper[i] : s.variable_lower[i];
   }
   if (is_feasible(inner, options, middle, g)) center = middle;
-  std::vector<double> v = start_within(inner, options, center, std::move(random), start);
+  std::vector<double> v = drawn_back(inner, options, center, random, share);
   const std::vector<double> above = moved_to_bounds(inner, options, v, counts);
   return above.empty() ? v : drawn_back(inner, options, center, above, 1.0);
 }

@@ -40,15 +40,11 @@ void move_to_corner(const ProblemStructure& structure, const std::vector<std::si
 [[nodiscard]] std::optional<std::vector<double>> best_corner(Problem& inner,
                                                              const SolverOptions& options);
 
-/// From a point of a convex Y towards the corner next to a random one, as far as Max's constraints
-/// hold: below a convex function the start decides which of many vertices is reached, and random
-/// ones of a box of many variables are far outside of the half spaces that cut it.
-[[nodiscard]] std::vector<double> start_within(Problem& inner, const SolverOptions& options,
-                                               std::span<const double> center,
-                                               std::vector<double> random, Index start);
-
-/// Such a point, seen from the middle of the box of y where that is in Y, then along single
-/// variables to bounds while that gains, and back into Y.
+/// From the middle of the box of y, or from the center, a point of a convex Y, where that is not in
+/// Y, towards the corner next to a random point, as far as Max's constraints hold; then along single
+/// variables to bounds while f grows, and back into Y. Below a convex function the start decides
+/// which of many vertices is reached, and random points of a box of many variables are far outside
+/// of the half spaces that cut it.
 [[nodiscard]] std::vector<double> start_above(Problem& inner, const SolverOptions& options,
                                               std::span<const double> center,
                                               std::vector<double> random, Index start,

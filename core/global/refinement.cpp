@@ -153,7 +153,7 @@ Result Refinement::over_branches(Problem& epigraph, Problem& model, const std::v
   const bool ordinary = rows.units().are_own();
   RobustSearch search({ordinary ? epigraph : rows, model, rows.units(), witnesses_}, options_,
                       starts, budget_, start);
-  Result answer = at_kink ? search.run_from_maxima(std::move(own)) : search.run(std::move(own));
+  Result answer = search.run(std::move(own), {}, at_kink);
   const auto m = static_cast<Index>(model.structure().constraint_players.size());
   answer.over_y.branches = static_cast<Index>(std::ranges::count_if(
       answer.worst_cases, [&](const RobustWorstCase& found) { return found.constraint == m; }));

@@ -88,22 +88,21 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   const bool failed = search_failed(answer_.status) || answer_.over_y.better_known;
   if (!failed || budget_.used_up()) return;
   if (!answer_.v.empty() && all_finite(answer_.v)) start = answer_.v;
-  start.resize(asked_.structure().variable_players.size());
+  start.resize(form_.asked.structure().variable_players.size());
   if (!all_finite(start)) return;
-  InRowUnits rows(asked_, units_of_rows(asked_, start));
+  InRowUnits rows(form_.asked, units_of_rows(form_.asked, start));
   LeastViolation problem(rows);
   if (!problem.relaxes_any()) return;
   start.push_back(1.0);
   SolverOptions options = options_;
   options.minmax_worst_case_proof = false;  // what is seen is enough
-  RowUnits units = rows.units();
-  RobustSearch search({problem, asked_, std::move(units), witnesses_}, options, starts_, budget_,
-                      start_);
+  RobustSearch search({problem, form_.asked, rows.units(), form_.witnesses}, options, starts_,
+                      budget_, start_);
   search.names_infeasible_ = false;
   Result least = search.run(std::move(start));
   add_work(least, work_);
   if (!is_success(least.status) || least.over_y.better_known || !least.over_y.finished) return;
-  const ProblemStructure& s = asked_.structure();
+  const ProblemStructure& s = form_.asked.structure();
   double largest = 0.0, violation = 0.0;
   const RobustWorstCase* worst = nullptr;
   const auto excess_of = [&](const std::vector<double>& g, std::size_t row) {
@@ -111,7 +110,7 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   };
   for (RobustWorstCase& found : least.worst_cases) {
     std::vector<double> g(s.constraint_players.size());
-    if (!asked_.constraints(found.v, true, g)) return;
+    if (!form_.asked.constraints(found.v, true, g)) return;
     const auto row = at(found.constraint);
     found.value = g[row];  // was that of the relaxed row
     const double excess = excess_of(g, row);

@@ -1,3 +1,5 @@
+#include "core/global/robust_search.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -5,7 +7,6 @@
 
 #include "core/global/choice.hpp"
 #include "core/global/places_over_y.hpp"
-#include "core/global/robust_search.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/initial_point.hpp"
@@ -21,8 +22,88 @@
 namespace ipminmax {
 namespace {
 
-/// Multiplier, relative to the largest one, below which a worst case is inactive.
-constexpr double kVanishing = 1e-5;
+/// Rounds of solving and looking for worst cases.
+constexpr Index kMostRounds = 30;
+/// Rounds with held y after which copies go on, which meet many worst cases of a smooth row by
+/// Newton's method, and starts of y for each constraint in these.
+constexpr Index kCoarseRounds = 2;
+constexpr Index kCoarseStarts = 2;
+/// Violation, beside the range of a row, that held y may leave before copies go on.
+constexpr double kCoarse = 1e-3;
+/// Distance to the bound, beside the range of a row, up to which a maximum gets a copy after coarse
+/// rounds, and where no y violates a constraint.
+constexpr double kNearlyActive = 1e-2;
+constexpr double kActive = 1e-5;
+/// The same at a kink near which a search without copies has ended.
+constexpr double kNearAKink = 0.3;
+/// Distance, beside the range of each variable, up to which a maximum is that of a copy, which has
+/// moved.
+constexpr double kSameBranch = 0.05;
+
+/// One worst case at v of each constraint, of each side where it has two. A copy is needed where
+/// something else reads the y, too.
+std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const RobustScopes& scopes,
+                                              const SolverOptions& options,
+                                              const std::vector<bool>& reads_y,
+                                              const std::vector<double>& v) {
+  std::vector<RobustCopies::WorstCase> chosen;
+  std::vector<Index> readers(v.size(), 0);
+  const std::vector<Index> rows = robust_constraints(s);
+  for (const Index row : rows) {
+    for (const Index i : scopes.of(row).variables) ++readers[at(i)];
+  }
+  for (const Index row : rows) {
+    const RobustScope scope = scopes.of(row);
+    const bool shared = std::ranges::any_of(
+        scope.variables, [&](Index i) { return reads_y[at(i)] || readers[at(i)] > 1; });
+    const bool copied = shared && options.minmax_robust_copies;
+    const bool two_sided = s.constraint_lower[at(row)] > options.nlp_lower_bound_inf &&
+                           s.constraint_upper[at(row)] < options.nlp_upper_bound_inf &&
+                           s.constraint_lower[at(row)] < s.constraint_upper[at(row)] &&
+                           options.minmax_robust_copies;
+    chosen.push_back({row, v, copied, false, two_sided ? 1 : 0});
+    if (two_sided) chosen.push_back({row, v, true, false, -1});
+  }
+  return chosen;
+}
+
+/// The first worst case of a constraint begins at the first that is known, others that x rests on
+/// become its copies. Two-sided constraints begin as always. Empty: not all constraints have one.
+std::vector<RobustCopies::WorstCase> at_known(const std::vector<RobustCopies::WorstCase>& first,
+                                              const std::vector<RobustWorstCase>& known,
+                                              const SolverOptions& options) {
+  std::vector<RobustCopies::WorstCase> chosen;
+  for (const RobustCopies::WorstCase& one : first) {
+    const std::size_t before = chosen.size();
+    for (const RobustWorstCase& other : known) {
+      if (other.constraint != one.constraint || one.side != 0) continue;
+      if (other.v.size() != one.v.size() || !all_finite(other.v)) continue;
+      if (chosen.size() == before) {
+        chosen.push_back({one.constraint, other.v, one.copied});
+      } else if (other.active && options.minmax_robust_copies) {
+        chosen.push_back({one.constraint, other.v});
+      }
+    }
+    if (chosen.size() == before) return {};
+  }
+  return chosen;
+}
+
+/// Of a constraint at v, as each Min variable moves by its size.
+std::vector<double> rounded_gradient_in_x(Problem& model, Index constraint,
+                                          const std::vector<double>& v,
+                                          const VariableRanges& ranges) {
+  constexpr double kDigits = 1e6;
+  const ProblemStructure& s = model.structure();
+  std::vector<double> jacobian(s.jacobian.size()), gradient;
+  if (!model.jacobian_rows({&constraint, 1}, v, true, jacobian)) return {};
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = s.jacobian[k];
+    if (row == constraint && s.variable_players[at(col)] == Player::Min)
+      gradient.push_back(std::round(kDigits * jacobian[k] * ranges.of(at(col))));
+  }
+  return gradient;
+}
 
 }  // namespace
 
@@ -46,349 +127,305 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
   return reads;
 }
 
-RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index starts,
+RobustSearch::RobustSearch(const RobustForm& form, const SolverOptions& options, Index starts,
                            Budget& budget, Index start)
-    : model_(form.solved),
-      asked_(form.asked),
-      units_(std::move(form.units)),
-      witnesses_(form.witnesses),
+    : form_(form),
       ranges_(form.solved.structure()),
       options_(options),
       starts_(starts),
       budget_(budget),
       start_(start),
       observer_(budget.observer_of(start)),
-      scopes_(form.solved.structure()),
-      violation_(kNaN) {}
+      scopes_(form.solved.structure()) {}
 
-Result RobustSearch::run(std::vector<double> start, const std::vector<RobustWorstCase>& known) {
+Result RobustSearch::run(std::vector<double> start, const std::vector<RobustWorstCase>& known,
+                         bool at_kink) {
+  const ProblemStructure& s = form_.solved.structure();
   place_.moved = !start.empty();
   place_.v = std::move(start);
   if (!place_.moved) {
-    auto own = model_start(model_);
-    if (!own || !check_structure(model_.structure(), options_).empty()) {
-      answer_ =
-          solve_from_start(model_, options_, budget_, observer_, nullptr);  // says what is wrong
-      cut(asked_.structure().variable_players.size(), asked_.structure().constraint_players.size(),
-          answer_);
+    auto own = model_start(form_.solved);
+    if (!own || !check_structure(s, options_).empty()) {
+      answer_ = solve_from_start(form_.solved, options_, budget_, observer_, nullptr);  // says why
+      cut(form_.asked.structure().variable_players.size(),
+          form_.asked.structure().constraint_players.size(), answer_);
       return std::move(answer_);
     }
     place_.v = std::move(*own);
   }
+  reads_y_ = read_by_objective(form_.solved, place_.v);
+  place_.worst_cases = at_start(s, scopes_, options_, reads_y_, place_.v);
   const Place first = place_;
-  choose_copies();
-  start_at_known(known);
+  if (at_kink) {
+    place_.near = true;
+    release(scan(starts_, first.worst_cases), kNearAKink);
+  } else if (auto chosen = at_known(first.worst_cases, known, options_); !chosen.empty()) {
+    place_.near = true;
+    place_.worst_cases = std::move(chosen);
+  }
   return solve_from(first);
 }
 
-/// The first worst case of a constraint begins at the first that is known, others that x rests on
-/// become its copies. Two-sided constraints begin as always.
-void RobustSearch::start_at_known(const std::vector<RobustWorstCase>& known) {
-  bool all = !known.empty();
-  std::vector<RobustCopies::WorstCase> chosen;
-  for (const RobustCopies::WorstCase& one : place_.worst_cases) {
-    chosen.push_back(one);
-    bool first = true;
-    for (const RobustWorstCase& other : known) {
-      if (other.constraint != one.constraint || one.side != 0) continue;
-      if (other.v.size() != place_.v.size() || !all_finite(other.v)) continue;
-      if (first) {
-        chosen.back().v = other.v;
-      } else if (other.active && options_.minmax_robust_copies) {
-        chosen.push_back({one.constraint, other.v});
-      }
-      first = false;
-    }
-    all = all && !first;
-  }
-  if (!all) return;
-  place_.worst_cases = std::move(chosen);
-  place_.near = true;
-}
-
-/// x against scenarios, then the worst cases at the x that these give move with it. The y of the
-/// start may leave x unbounded, or no x may stand up to it: then more scenarios are taken, and last
-/// the y of the start moves from there.
+/// First against held y, then with y that move; at once with these if worst cases near x are known.
+/// If the y of the start leave x unbounded or admit no x, many held ones are tried, and last the y
+/// of the start move. place_ and first differ by what is known of worst cases.
 Result RobustSearch::solve_from(const Place& first) {
   const Place own = place_;
-  bool found = false;
-  if (starts_ > 0) {
+  bool found = own.near && rounds(Y::Moving);
+  if (!found && starts_ > 0 && !budget_.used_up()) {
+    place_ = own;
     for (RobustCopies::WorstCase& one : place_.worst_cases) {
-      if (can_be_held(model_.structure(), scopes_.of(one.constraint))) one.held = one.copied = true;
+      if (can_be_held(form_.solved.structure(), scopes_.of(one.constraint)))
+        one.held = one.copied = true;
     }
-    found = exchange_from();
-    if (!found && !budget_.used_up() && verified_.empty()) {
+    found = exchange();
+    if (!found && !budget_.used_up()) {
       place_ = {first.v, own.worst_cases, first.moved, false};
-      take_scenarios();
-      found = exchange_from();
+      if (auto scenarios = many_scenarios(); !scenarios.empty())
+        place_.worst_cases = std::move(scenarios);
+      found = exchange();
     }
   }
   if (!found && !budget_.used_up()) {
-    place_ = own;
-    static_cast<void>(solve_rounds());
+    place_ = first;
+    static_cast<void>(rounds(Y::Moving));
   }
   if (names_infeasible_) name_infeasible(first.v);
   if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
       answer_.status != Status::LocallyInfeasible && !budget_.used_up()) {
-    begin_anew(first);
+    place_ = first;  // last: from random starts, as a single solve does
+    restarts_ = true;
+    static_cast<void>(rounds(Y::Moving));
   }
-  return finish();
+  answer_.iterations = work_.iterations;
+  answer_.factorizations = work_.factorizations;
+  answer_.counts = work_.counts;
+  answer_.timing = work_.timing;
+  answer_.over_y.maximizations = work_.over_y.maximizations;
+  answer_.over_y.solves = work_.over_y.solves;
+  return std::move(answer_);
 }
 
-/// Last: from random starts, as a single solve does.
-void RobustSearch::begin_anew(const Place& first) {
-  place_ = {first.v, {}, first.moved, false};
-  choose_copies();
-  restarts_ = true;
-  static_cast<void>(solve_rounds());
-}
-
-Result RobustSearch::run_from_maxima(std::vector<double> start) {
-  place_.moved = true;
-  place_.v = std::move(start);
-  const Place first = place_;
-  choose_copies();
-  place_.near = true;  // the answer of a solve, whose valley is not to be left
-  std::vector<RobustCopies::WorstCase> own = std::move(place_.worst_cases);
-  release(scan(starts_, own), kNearlyActive);
-  for (const auto& one : own) {
-    if (std::ranges::find(place_.worst_cases, one.constraint,
-                          &RobustCopies::WorstCase::constraint) == place_.worst_cases.end()) {
-      place_.worst_cases.push_back(one);
-    }
+/// x against the y at hand, held, then the worst cases at the x that these give move with it. If
+/// they do not come to rest, held ones alone decide: x is a local minimum of fewer constraints than
+/// there are, and meets all of them. Whether there is an answer.
+bool RobustSearch::exchange() {
+  for (const Y y : {Y::HeldCoarsely, Y::Held}) {
+    const auto scans = rounds(y);
+    if (!scans) return false;
+    const Place held = place_;
+    const Result fixed = answer_;
+    const bool decided = y == Y::Held;
+    release(*scans, decided ? kActive : kNearlyActive);
+    if (rounds(Y::Moving) && (!decided || !better(fixed, answer_))) return true;
+    if (decided) answer_ = fixed;
+    if (decided || budget_.used_up()) return decided;
+    place_ = held;
   }
-  return solve_from(first);
+  return false;
 }
 
-/// Solves with the worst cases at hand and adds violated ones until there are none. Whether the
-/// answer, that of the last solve or of the last that was checked over y, is a success.
-bool RobustSearch::solve_rounds() {
-  verified_.clear();
-  for (Index round = 0;; ++round) {
-    violation_ = kNaN;  // of the next x nothing is known yet
-    work_.over_y.functions = 0;
-    work_.over_y.proofs.clear();
-    Solved solved = solve_worst_cases();
-    if (!is_success(solved.result.status)) {
-      if (verified_.empty()) report(*solved.copies, solved.result);
-      return !verified_.empty();
-    }
-    keep_point(*solved.copies, solved.result);
+/// Solves with the worst cases at hand and adds violated ones until there are none. Returns the
+/// maxima at the last x; nothing: a solve failed, or maxima violate a constraint. Unless y are held
+/// coarsely the answer is that of the last solve.
+std::optional<std::vector<SideScan>> RobustSearch::rounds(Y y) {
+  const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
+  const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
+  for (Index round = 1;; ++round) {
+    const Solved solved = solve_worst_cases(held || restarts_);
     const auto& [copies, result] = solved;
-    if (starts_ == 0) {
-      report(*copies, result);
-      if (!is_certified(result)) hold_inactive(*copies, result);
-      return true;
+    if (!is_success(result.status)) {
+      report(solved, {}, false);
+      return {};
     }
-    if (!look_further(*copies, result, round)) return !verified_.empty();
+    place_.v.assign(result.v.begin(),
+                    result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
+    place_.moved = place_.near = true;
+    WorstCases known;  // held y near which maxima are: those that hold x
+    for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+      place_.worst_cases[k].v = copies->model_point(result.v, k);
+      if (!held || copies->is_active(result, k)) known.push_back(place_.worst_cases[k]);
+    }
+    std::vector<SideScan> scans;
+    if (starts_ == 0) {
+      report(solved, scans, false);
+      if (!is_certified(result)) settle(solved, scans);
+      return scans;
+    }
+    scans = scan(coarse ? std::min(starts_, kCoarseStarts) : starts_, known);
+    const std::size_t corners = corners_added_;
+    const bool violated = add_violated(scans, tolerance, held);
+    const bool goes_on =
+        corners_added_ > corners || (violated && round < (coarse ? kCoarseRounds : kMostRounds));
+    if (goes_on && !budget_.used_up()) continue;
+    if (coarse && !budget_.used_up()) return scans;
+    const bool verified =
+        !violated && !budget_.interrupted() && std::ranges::all_of(scans, &SideScan::is_complete);
+    report(solved, scans, verified);
+    answer_.over_y.better_known = violated;
+    if (!verified) return {};
+    if (!held && !is_certified(result)) settle(solved, scans);
+    return scans;
   }
 }
 
-/// A copy on which x does not rest has no multiplier and so no curvature in the second-order test.
-/// Where that is undecided such copies are held, if this decides it.
-void RobustSearch::hold_inactive(const RobustCopies& copies, const Result& result) {
-  bool any = false;
-  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-    RobustCopies::WorstCase& one = place_.worst_cases[k];
-    if (copies.is_active(result, k) || !can_be_held(model_.structure(), scopes_.of(one.constraint)))
-      continue;
-    one.held = one.copied = any = true;
-  }
-  if (!any || budget_.used_up()) return;
-  const Solved settled = solve_once(true);
-  if (is_certified(settled.result)) report(*settled.copies, settled.result);
-}
-
-/// With the worst cases at hand, near an answer if there is one.
-RobustSearch::Solved RobustSearch::solve_worst_cases() {
-  if (place_.near) {
-    Solved solved = solve_once(true);
-    if (is_success(solved.result.status) || budget_.used_up()) return solved;
-  }
-  return solve_once(false);
-}
-
-/// Checks a success over all of y. Whether another solve is to follow.
-bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
-  const std::vector<RobustCopies::WorstCase> known = place_.worst_cases;
-  std::vector<SideScan> scans = scan(starts_, known);
-  if (wants_last_look(scans)) scans = scan(starts_, known, &scans);
-  const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
-  if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
-    if (round < kMostRounds && !budget_.used_up()) return true;
-    if (!verified_.empty()) return false;
-    place_.worst_cases = solved;
-    report(copies, result);
-    answer_.over_y.better_known = true;
-    return false;
-  }
-  if (budget_.interrupted() || !std::ranges::all_of(scans, &SideScan::settled)) {
-    if (verified_.empty()) report(copies, result);
-    return false;
-  }
-  const bool first = verified_.empty();
-  if (first || better(result, answer_)) {
-    verified_ = place_.v;
-    report(copies, result);
-    tell_what_is_open(scans);
-  }
-  // Checked over all of y, worst cases far from active only blur the certificate.
-  return first && !budget_.used_up() && drop_inactive(copies, result);
-}
-
-/// Where nothing violates an answer that was not checked before, unless starts are counted or a
-/// proof follows.
-bool RobustSearch::wants_last_look(const std::vector<SideScan>& scans) const {
-  const auto holds = [&](const SideScan& side) {
-    return side.settled &&
-           (side.maxima.empty() || !side.violates(0, options_.minmax_worst_case_tol));
-  };
-  return starts_ > 0 && may_look_longer(options_) && !options_.minmax_worst_case_proof &&
-         verified_.empty() && !budget_.used_up() && std::ranges::all_of(scans, holds);
-}
-
-void RobustSearch::choose_copies() {
-  const ProblemStructure& s = model_.structure();
-  reads_y_ = read_by_objective(model_, place_.v);
-  std::vector<Index> readers(place_.v.size(), 0);
-  const std::vector<Index> rows = robust_constraints(s);
-  for (const Index row : rows) {
-    for (const Index i : scopes_.of(row).variables) ++readers[at(i)];
-  }
-  for (const Index row : rows) {
-    const RobustScope scope = scopes_.of(row);
-    const bool shared = std::ranges::any_of(
-        scope.variables, [&](Index i) { return reads_y_[at(i)] || readers[at(i)] > 1; });
-    const bool copied = shared && options_.minmax_robust_copies;
-    const bool two_sided = s.constraint_lower[at(row)] > options_.nlp_lower_bound_inf &&
-                           s.constraint_upper[at(row)] < options_.nlp_upper_bound_inf &&
-                           s.constraint_lower[at(row)] < s.constraint_upper[at(row)] &&
-                           options_.minmax_robust_copies;
-    place_.worst_cases.push_back({row, place_.v, copied, false, two_sided ? 1 : 0});
-    if (two_sided) place_.worst_cases.push_back({row, place_.v, true, false, -1});
-  }
-}
-
-/// near: the start is not to be forgotten.
-RobustSearch::Solved RobustSearch::solve_once(bool near) {
-  auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_, budget_);
+/// With the worst cases at hand, near an answer if there is one; if that fails also from_afar, on
+/// the way from where copies might become those of other maxima.
+RobustSearch::Solved RobustSearch::solve_worst_cases(bool from_afar) {
+  auto copies = std::make_unique<RobustCopies>(form_.solved, place_.worst_cases, reads_y_, budget_);
   if (place_.moved) copies->start_at(place_.v);
-  // With a large mu maxima at different bounds are one.
-  SolverOptions options = near ? staying_near(options_, parameters::kSlight) : options_;
-  options.warm_start_init_point = false;
-  // Where worst cases are looked for, that is where to begin anew.
-  if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
   SolveObserver observer = observer_;
   if (observer_.on_iteration) {
     observer.on_iteration = [&](const IterationInfo& info) {
       IterationInfo seen = info;
-      seen.v = info.v.first(asked_.structure().variable_players.size());
-      seen.result = [&] { return in_asked_shape(*copies, info.result()); };
+      seen.v = info.v.first(form_.asked.structure().variable_players.size());
+      seen.result = [&] { return in_asked_shape(form_, *copies, info.result()); };
       return observer_.on_iteration(seen);
     };
   }
-  ++work_.over_y.solves;
-  Result result = solve_from_start(*copies, options, budget_, observer, nullptr);
-  add_work(result, work_);
-  return {std::move(copies), std::move(result)};
-}
-
-/// The next solve goes on from here.
-void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) {
-  place_.v.assign(result.v.begin(),
-                  result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
-  place_.moved = place_.near = true;
-  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-    place_.worst_cases[k].v = copies.model_point(result.v, k);
+  for (bool near = place_.near;; near = false) {
+    // With a large mu maxima at different bounds are one.
+    SolverOptions options = near ? staying_near(options_, parameters::kSlight) : options_;
+    options.warm_start_init_point = false;
+    // Where worst cases are looked for, that is where to begin anew.
+    if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
+    ++work_.over_y.solves;
+    Result result = solve_from_start(*copies, options, budget_, observer, nullptr);
+    add_work(result, work_);
+    if (!near || !from_afar || is_success(result.status) || budget_.used_up())
+      return {std::move(copies), std::move(result)};
   }
 }
 
-/// One more worst case of each side whose largest maximum exceeds the bound; scenarios (held): one
-/// of each maximum that does. One that a copy has left to its barrier, or that violates the row
-/// slightly, is held where it is: y's own error is of second order there. Whether there were any.
+/// The multiplier of an inactive copy is zero, and so is its curvature in the second-order test; two
+/// copies that have met share one. If the test is undecided, inactive copies are held and met ones
+/// left out, in case that this decides it.
+void RobustSearch::settle(const Solved& solved, const std::vector<SideScan>& scans) {
+  WorstCases kept;
+  bool any = false;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    RobustCopies::WorstCase one = place_.worst_cases[k];
+    const RobustScope& scope = solved.copies->scope(k);
+    const bool met = std::ranges::any_of(kept, [&](const RobustCopies::WorstCase& other) {
+      return other.is_of_same(one) &&
+             same_point(other.v, one.v, ranges_, scope.variables, options_.minmax_distinct_tol);
+    });
+    const bool active = solved.copies->is_active(solved.result, k);
+    const bool holds = !active && !one.held && can_be_held(form_.solved.structure(), scope);
+    if (holds) one.held = one.copied = true;
+    any = any || met || holds;
+    if (!met) kept.push_back(std::move(one));
+  }
+  if (!any || budget_.used_up()) return;
+  place_.worst_cases = std::move(kept);
+  const Solved settled = solve_worst_cases(false);
+  if (is_certified(settled.result)) report(settled, scans, !scans.empty());
+}
+
+/// The worst cases that are active or nearly so at this x, or the one nearest to it, with y free
+/// again. One is enough of a constraint's maxima that have one gradient in x, as on a face of y.
+void RobustSearch::release(const std::vector<SideScan>& scans, double nearly) {
+  WorstCases released;
+  const SideScan* highest = nullptr;
+  for (const SideScan& side : scans) {
+    std::vector<std::vector<double>> gradients;
+    for (std::size_t k = 0; k < side.maxima.size() && side.excess(k) > -nearly; ++k) {
+      const std::vector<double>& v = side.maxima[k].v;
+      gradients.push_back(rounded_gradient_in_x(form_.solved, side.constraint, v, ranges_));
+      ++work_.counts.jacobian;
+      if (std::ranges::count(gradients, gradients.back()) == 1) released.push_back(side.at_y(v));
+    }
+    const bool higher = highest == nullptr || side.excess(0) > highest->excess(0);
+    if (!side.maxima.empty() && higher) highest = &side;
+  }
+  if (released.empty() && highest != nullptr)
+    released.push_back(highest->at_y(highest->maxima.front().v));
+  if (!released.empty()) place_.worst_cases = std::move(released);
+}
+
+/// The y where maximizations at this x begin and end, and random ones: fewer than there are x would
+/// leave x unbounded. One that Max constraints restrain begins anywhere.
+RobustSearch::WorstCases RobustSearch::many_scenarios() {
+  const ProblemStructure& s = form_.solved.structure();
+  WorstCases taken;
+  const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
+  for (const SideScan& side : scan(starts_, place_.worst_cases)) {
+    const RobustScope scope = scopes_.of(side.constraint);
+    if (scope.constraints.empty()) {
+      for (const auto& v : side.starts) taken.push_back({side.constraint, v, true, true});
+      for (Index start = starts_;
+           start < std::min<Index>(parameters::kFew * of_min, parameters::kPlenty); ++start) {
+        taken.push_back({side.constraint, random_start(s, place_.v, start, options_), true, true});
+      }
+    }
+    const bool held = can_be_held(s, scope);
+    for (const WorstCaseMaximum& found : side.maxima)
+      taken.push_back({side.constraint, found.v, true, held});
+  }
+  return taken;
+}
+
+/// One more worst case of each side whose largest maximum exceeds the bound; with held y one of each
+/// maximum that does, and each corner where what follows y diverges, so that x moves to where it
+/// does not. One that a copy has left to its barrier, or that violates the row slightly, is held
+/// where it is: y's own error is of second order there. Whether there were any.
 bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double tolerance, bool held) {
   bool any = false;
+  const auto add = [&](RobustCopies::WorstCase one, bool holds) {
+    one.held = holds;
+    place_.worst_cases.push_back(std::move(one));
+    any = true;
+  };
   for (const SideScan& side : scans) {
-    const bool can_hold = can_be_held(model_.structure(), scopes_.of(side.constraint));
+    const RobustScope scope = scopes_.of(side.constraint);
+    const bool can_hold = can_be_held(form_.solved.structure(), scope);
     for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
       if (!side.violates(k, tolerance)) break;
+      const std::vector<double>& v = side.maxima[k].v;
+      const double same = held ? options_.minmax_distinct_tol : kSameBranch;
       const auto is_known = [&](const RobustCopies::WorstCase& other) {
-        return other.is_of_same(side.maxima[k]) && (!held || other.held) &&
-               is_same(other, side.maxima[k], held ? options_.minmax_distinct_tol : kSameBranch);
+        return other.constraint == side.constraint && other.side * side.side >= 0 &&
+               (!held || other.held) && same_point(other.v, v, ranges_, scope.variables, same);
       };
       const bool known = std::ranges::any_of(place_.worst_cases, is_known);
       if (known && (held || !can_hold)) continue;
-      place_.worst_cases.push_back(side.maxima[k]);
-      const bool slightly = side.excess(k) < kCoarse;
-      place_.worst_cases.back().held = can_hold && (held || known || slightly);
-      any = true;
+      add(side.at_y(v), can_hold && (held || known || side.excess(k) < kCoarse));
+    }
+    // More than there are corners of three variables are the same ones again.
+    for (const auto& corner : side.valueless_corners) {
+      if (!held || corners_added_ >= (1U << kMostHeld)) break;
+      ++corners_added_;
+      add(side.at_y(corner), can_hold);
     }
   }
   return any;
 }
 
-/// Whether two worst cases of one constraint have the same y, each variable to tol of its range.
-bool RobustSearch::is_same(const RobustCopies::WorstCase& a, const RobustCopies::WorstCase& b,
-                           double tol) const {
-  return same_point(a.v, b.v, ranges_, scopes_.of(a.constraint).variables, tol);
-}
-
-/// Drops worst cases whose multiplier vanishes or that have met another one, but for one. Whether
-/// there were any.
-bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& result) {
-  double largest = 0.0;
-  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-    largest = std::max(largest, std::abs(result.lambda[at(copies.row(k))]));
-  }
-  std::vector<RobustCopies::WorstCase> kept;
-  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-    const auto& worst_case = place_.worst_cases[k];
-    const bool active = std::abs(result.lambda[at(copies.row(k))]) > kVanishing * largest;
-    const bool met = std::ranges::any_of(kept, [&](const auto& other) {
-      return other.is_of_same(worst_case) &&
-             is_same(worst_case, other, options_.minmax_distinct_tol);
-    });
-    if ((active && !met) || !worst_case.copied) kept.push_back(worst_case);
-  }
-  if (kept.empty()) kept.push_back(place_.worst_cases.front());
-  const bool fewer = kept.size() < place_.worst_cases.size();
-  place_.worst_cases = std::move(kept);
-  return fewer;
-}
-
-/// At the x of place_.v; maximizations begin at the known worst cases, too. before: of this x, for
-/// the last look.
-std::vector<SideScan> RobustSearch::scan(Index starts,
-                                         const std::vector<RobustCopies::WorstCase>& known,
-                                         const std::vector<SideScan>* before) {
-  MaximizationContext context{options_, budget_, start_, asked_.structure(), work_, work_.over_y};
-  context.before = before;
-  context.witnesses = &witnesses_;
+/// At the x of place_.v; maximizations begin at the known worst cases, too.
+std::vector<SideScan> RobustSearch::scan(Index starts, const WorstCases& known) {
+  MaximizationContext context{options_, budget_,     start_, form_.asked.structure(),
+                              work_,    work_.over_y};
+  context.witnesses = &form_.witnesses;
   ranges_.see(place_.v);
   context.sizes = &ranges_;
   // None looks from where a scan before it did.
   context.drawn = std::max(Index{parameters::kPlenty}, starts_) * scans_++;
   std::vector<SideScan> scans =
-      scan_robust_constraints(model_, place_.v, starts, known, scopes_, units_, context);
-  violation_ = 0.0;
+      scan_robust_constraints(form_.solved, place_.v, starts, known, scopes_, form_.units, context);
   for (const SideScan& side : scans) {
-    for (const RobustCopies::WorstCase& maximum : side.maxima) ranges_.see(maximum.v);
-    if (side.maxima.empty()) continue;
-    violation_ =
-        std::max(violation_, (side.values[0] - side.bound) / units_.factor[at(side.constraint)]);
-  }
-  const std::size_t n = asked_.structure().variable_players.size();
-  highest_.clear();
-  for (const Index row : robust_constraints(asked_.structure())) {
-    const SideScan* side = worst_side(scans, row);
-    if (side == nullptr) continue;
-    const double sign = side->maxima.front().side < 0 ? -1.0 : 1.0;
-    highest_.push_back({.constraint = row,
-                        .v = side->maxima.front().v,
-                        .value = units_.value(at(row), 1.0, sign * side->values.front())});
-    highest_.back().v.resize(n);
+    for (const WorstCaseMaximum& maximum : side.maxima) ranges_.see(maximum.v);
   }
   return scans;
+}
+
+/// The answer from now on. With starts of y it is finished once no y violates it.
+void RobustSearch::report(const Solved& solved, const std::vector<SideScan>& scans, bool verified) {
+  const auto& [copies, result] = solved;
+  answer_ = in_asked_shape(form_, *copies, result);
+  answer_.worst_cases =
+      list_worst_cases(form_, *copies, result, scans, ranges_, options_.minmax_distinct_tol);
+  answer_.over_y = search_over_y(form_, scans, place_.v, verified || starts_ == 0);
+  answer_.over_y.asked = starts_;
 }
 
 }  // namespace ipminmax

@@ -31,8 +31,9 @@ class RobustCopies final : public Problem {
       return constraint == other.constraint && side * other.side >= 0;
     }
   };
-  /// reads_y: n, whether f reads a Max variable. Robust constraints without a worst case are left out. Where
-  /// the budget is interrupted it is undefined: one evaluation is many of the model.
+  /// reads_y: n, whether f reads a Max variable. Robust constraints without a worst case
+  /// are left out. Where the budget is interrupted it is undefined: one evaluation is many of the
+  /// model.
   RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const std::vector<bool>& reads_y,
                Budget& budget);
 
@@ -55,6 +56,9 @@ class RobustCopies final : public Problem {
 
   /// Starts at x of this point of the model, n values, instead of the model's start.
   void start_at(std::vector<double> v) { start_ = std::move(v); }
+  [[nodiscard]] const std::vector<WorstCase>& worst_cases() const { return worst_cases_; }
+  /// What the k-th worst case involves.
+  [[nodiscard]] const RobustScope& scope(std::size_t k) const { return scopes_[k]; }
   /// The k-th worst case at a result's variables: x with its y, n values.
   [[nodiscard]] std::vector<double> model_point(std::span<const double> v, std::size_t k) const;
   /// Row of the k-th worst case.

@@ -146,7 +146,6 @@ TEST(RobustConstraint, AFaceOfWorstCasesIsNotSearchedFromEachOfThem) {
   const RobustResult answer = solve_robust(problem, {});
   expect_certified(answer.result);
   EXPECT_NEAR(answer.result.v[0], 1.0, 1e-6);
-  // Eight starts, fifteen in the last look, and four beside the highest maximum.
   EXPECT_LT(answer.maximizations, 40);
 }
 
@@ -440,7 +439,7 @@ TEST(RobustConstraint, WhatTheBarrierLeavesIsMeasuredInTheUnitsOfTheRow) {
               effort == CertificateEffort::Full);
     EXPECT_NEAR(answer.result.v[0], -1e-8, 1e-11);
     EXPECT_LE(answer.worst_cases.size(), 2U);
-    EXPECT_LE(answer.solves, 4);
+    EXPECT_LE(answer.solves, 5);
   }
 }
 
