@@ -109,8 +109,7 @@ Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index 
     const auto from = v.empty() ? model_start(model) : std::optional(v);
     InRowUnits rows(model, from ? units_of_rows(model, *from)
                                 : own_units(model.structure().constraint_players.size()));
-    const bool own = rows.units().are_own();
-    RobustSearch search({own ? model : rows, model, rows.units(), witnesses_}, options_,
+    RobustSearch search({rows, model, rows.units(), witnesses_}, options_,
                         starts_over_y_of_rows(options_), budget_, start);
     return search.run(v, known_);
   }
@@ -150,9 +149,7 @@ Result Refinement::over_branches(Problem& epigraph, Problem& model, const std::v
   const Index row_of_f = static_cast<Index>(model.structure().constraint_players.size());
   InRowUnits rows(epigraph, from ? units_of_rows(epigraph, *from, row_of_f)
                                  : own_units(static_cast<std::size_t>(row_of_f) + 1));
-  const bool ordinary = rows.units().are_own();
-  RobustSearch search({ordinary ? epigraph : rows, model, rows.units(), witnesses_}, options_,
-                      starts, budget_, start);
+  RobustSearch search({rows, model, rows.units(), witnesses_}, options_, starts, budget_, start);
   Result answer = search.run(std::move(own), {}, at_kink);
   const auto m = static_cast<Index>(model.structure().constraint_players.size());
   answer.over_y.branches = static_cast<Index>(std::ranges::count_if(

@@ -123,7 +123,7 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
       own.z_upper[i] = one.held ? 0.0 : result.z_upper[copy];
     }
   }
-  if (!form.units.are_own()) take_units_back(form.units, own);
+  take_units_back(form.units, own);
   cut(asked_n, asked_m, own);
   std::ranges::fill(own.constraints, kNaN);
   if (!all_finite(own.v)) return own;

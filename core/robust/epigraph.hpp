@@ -10,13 +10,19 @@
 
 namespace ipminmax {
 
-/// min t subject to the model's constraints and f(x, y) - t <= 0, a robust constraint. The variable
-/// t is the last one, the constraint too.
+/// min t subject to the model's constraints and f(x, y) - t <= 0, a robust constraint; or, for the
+/// least violation, t >= 0 subject to the model's constraints, robust ones with one bound relaxed by
+/// t: g - t <= upper for every y, or g + t >= lower. The variable t is the last one, the constraint
+/// on f too.
 class Epigraph final : public ByRows<Problem> {
  public:
   /// reads_y: n, whether f reads a Max variable, as far as is known; none: it may read all.
   Epigraph(Problem& model, const std::vector<bool>& reads_y);
+  /// Of the least violation.
+  explicit Epigraph(Problem& model);
 
+  /// Whether there is a constraint that t is in.
+  [[nodiscard]] bool relaxes_any() const { return !relaxed_.empty(); }
   /// Whether a gradient of f has shown that it reads more Max variables.
   [[nodiscard]] bool reads_more() const { return reads_more_; }
 
@@ -64,9 +70,17 @@ class Epigraph final : public ByRows<Problem> {
     return rows.first(rows.size() - (!rows.empty() && rows.back() == m_ ? 1 : 0));
   }
 
+  struct Relaxed {
+    Index row;
+    double sign;  ///< of t in it
+  };
+  void relax(Index row, double sign);
+
   Problem& model_;
   ProblemStructure structure_;
-  Index n_ = 0, m_ = 0;
+  bool of_objective_;
+  Index n_, m_;                       ///< of the model
+  std::vector<Relaxed> relaxed_;      ///< ascending
   std::size_t entries_ = 0;           ///< of the model's Jacobian
   std::vector<Index> read_, unread_;  ///< variables that the row f - t has entries of, and others
   std::vector<double> gradient_;

@@ -98,12 +98,6 @@ std::vector<double> units_of_boxes(const ProblemStructure& s, const Values& here
 
 }  // namespace
 
-bool RowUnits::are_own() const {
-  const auto is = [](double number) { return [number](double value) { return value == number; }; };
-  return objective == 1.0 && variables.empty() && std::ranges::all_of(factor, is(1.0)) &&
-         std::ranges::all_of(offset, is(0.0));
-}
-
 RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigraph_row) {
   Counts counts;
   const ProblemStructure s = with_bounds_of_rows(model, v, counts);

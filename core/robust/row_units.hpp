@@ -18,7 +18,6 @@ struct RowUnits {
   double objective = 1.0;              ///< factor of f
   std::vector<double> variables{};     ///< n or empty: ProblemStructure::variable_units
 
-  [[nodiscard]] bool are_own() const;
   /// A value of side times constraint j in the model's units.
   [[nodiscard]] double value(std::size_t j, double side, double scaled) const {
     return scaled / factor[j] + side * offset[j];
