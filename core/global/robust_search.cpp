@@ -191,6 +191,12 @@ Result RobustSearch::solve_from(const Place& first) {
     static_cast<void>(rounds(Y::Moving));
   }
   if (names_infeasible_) name_infeasible(first.v);
+  if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
+      answer_.status != Status::LocallyInfeasible && !budget_.used_up()) {
+    place_ = first;  // last: from random starts, as a single solve does
+    restarts_ = true;
+    static_cast<void>(rounds(Y::Moving));
+  }
   answer_.iterations = work_.iterations;
   answer_.factorizations = work_.factorizations;
   answer_.counts = work_.counts;
@@ -226,7 +232,7 @@ std::optional<std::vector<SideScan>> RobustSearch::rounds(Y y) {
   const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
   const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
   for (Index round = 1;; ++round) {
-    const Solved solved = solve_worst_cases(held);
+    const Solved solved = solve_worst_cases(held || restarts_);
     const auto& [copies, result] = solved;
     if (!is_success(result.status)) {
       report(solved, {}, false);
@@ -282,7 +288,7 @@ RobustSearch::Solved RobustSearch::solve_worst_cases(bool from_afar) {
     SolverOptions options = near ? staying_near(options_, parameters::kSlight) : options_;
     options.warm_start_init_point = false;
     // Where worst cases are looked for, that is where to begin anew.
-    if (starts_ > 0) options.minmax_max_restarts = 0;
+    if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
     ++work_.over_y.solves;
     Result result = solve_from_start(*copies, options, budget_, observer, nullptr);
     add_work(result, work_);

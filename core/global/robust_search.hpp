@@ -73,6 +73,7 @@ class RobustSearch {
   std::size_t corners_added_ = 0;  ///< to the scenarios
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
+  bool restarts_ = false;  ///< searches that fail begin anew
   Index scans_ = 0;        ///< made
   Result answer_;
   Result work_;  ///< of all solves and maximizations
