@@ -218,7 +218,10 @@ bool RobustSearch::exchange() {
     const bool decided = y == Y::Held;
     release(*scans, decided ? kActive : kNearlyActive);
     if (rounds(Y::Moving) && (!decided || !better(fixed, answer_))) return true;
-    if (decided) answer_ = fixed;
+    if (decided) {
+      answer_ = fixed;
+      answer_.over_y.finished = !budget_.interrupted();
+    }
     if (decided || budget_.used_up()) return decided;
     place_ = held;
   }
@@ -316,10 +319,13 @@ void RobustSearch::settle(const Solved& solved, const std::vector<SideScan>& sca
     any = any || met || holds;
     if (!met) kept.push_back(std::move(one));
   }
-  if (!any || budget_.used_up()) return;
+  if (!any) return;
   place_.worst_cases = std::move(kept);
-  const Solved settled = solve_worst_cases(false);
-  if (is_certified(settled.result)) report(settled, scans, !scans.empty());
+  if (!budget_.used_up()) {
+    const Solved settled = solve_worst_cases(false);
+    if (is_certified(settled.result)) return report(settled, scans, !scans.empty());
+  }
+  if (budget_.interrupted()) answer_.over_y.finished = false;
 }
 
 /// The worst cases that are active or nearly so at this x, or the one nearest to it, with y free
