@@ -75,10 +75,10 @@ Held held_min(Problem& model, std::span<const double> v) {
   return held;
 }
 
-/// From a maximum: its multipliers, and whether it was made.
-struct Climb {
+/// Of a maximum: its multipliers, and whether searches began beside it.
+struct Beside {
   std::vector<double> lambda;
-  bool made = false;
+  bool looked = false;
 };
 
 /// The maximizations over y of one function at one x.
@@ -122,7 +122,7 @@ class MaximizationOverY {
         if (v.empty()) continue;
       }
       if (!maximize_from(std::move(v), options)) break;
-      if (start + 1 >= count && limit_ && !climb()) break;
+      if (start + 1 >= count && limit_ && !look_beside()) break;
     }
     found_.settled = found_.valueless_corners.empty() &&
                      (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
@@ -171,7 +171,8 @@ class MaximizationOverY {
     return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
   }
 
-  /// First where trajectories are at their worst; then a random one, every other one above it.
+  /// First where trajectories are at their worst; then a random one, every other one and all beyond
+  /// the first ones above it, which find six times as much for their cost.
   [[nodiscard]] std::vector<double> drawn(const std::vector<double>& own, Index start,
                                           SolverOptions& options) {
     if (held_.empty()) {
@@ -183,7 +184,8 @@ class MaximizationOverY {
     const Index number = context_.drawn + start;
     std::vector<double> v = random_start(sampled_, own, number, options_);
     if (!held_.empty()) return follow(own, v);
-    if (start % 2 == 1 || !can_climb()) return v;
+    const bool above = start % 2 == 0 || start >= kStartsOfRows;
+    if (!above || !can_climb()) return v;
     options = staying_near(options, kMuBeside);
     return start_above(inner_, options_, center(), std::move(v), number, context_.work.counts);
   }
@@ -220,19 +222,20 @@ class MaximizationOverY {
     return made < kMostStartsOfRows && may_be_higher(made);
   }
 
-  /// Whether another start is worth its cost. Where n random ones found w maxima,
+  /// Whether another start is worth its cost. Where n random ones found maxima of w values,
   /// w (w + 1) / (n - w - 2) more are to be expected, to which w (w + 1) / (n (n - 1)) of all
   /// starts lead (Boender and Rinnooy Kan 1987): half a one is not, nor a rare one. Nor does one
   /// count that would have to be higher than the highest by more than the known ones differ.
   [[nodiscard]] bool may_be_higher(Index made) const {
     if (!limit_ || !may_look_longer(options_)) return false;
-    Index distinct = 0;
-    double lowest = kInfinity;
+    std::vector<double> values;
     for (const WorstCaseMaximum& maximum : found_.maxima) {
-      if (!maximum.certified) continue;
-      lowest = std::min(lowest, maximum.value);
-      ++distinct;
+      const auto as_high = [&](double value) { return is_as_high(value, maximum.value); };
+      if (maximum.certified && std::ranges::none_of(values, as_high))
+        values.push_back(maximum.value);
     }
+    const auto distinct = static_cast<Index>(values.size());
+    const double lowest = values.empty() ? kInfinity : std::ranges::min(values);
     const double most = highest();
     const double more = std::max(most - lowest, kMore * found_.range.size());
     return !is_above_limit(most) && most + more > *limit_ &&
@@ -262,6 +265,9 @@ class MaximizationOverY {
   }
   [[nodiscard]] bool is_higher(double value, double other) const {
     return clearly_greater(value, other, found_.range, options_.minmax_worst_case_tol);
+  }
+  [[nodiscard]] bool is_as_high(double value, double other) const {
+    return !is_higher(value, other) && !is_higher(other, value);
   }
   [[nodiscard]] bool is_above_limit(double value) const {
     return limit_ && is_higher(value, *limit_);
@@ -316,42 +322,36 @@ class MaximizationOverY {
     return mean;
   }
 
-  /// From the highest maximum, as long as single variables show a higher one; where little more
-  /// would violate the constraint, from all strict ones that are as high, and beside them, too.
+  /// Beside the highest maximum, then beside others, if little more would violate the constraint:
+  /// with one variable at another bound. Of maxima of one value, as on a face of Y, beside one.
   /// False: nothing more can be done.
-  [[nodiscard]] bool climb() {
+  [[nodiscard]] bool look_beside() {
     SolverOptions options = staying_near(options_, kMuBeside);
     options.minmax_max_restarts = 0;
     while (!options_.minmax_concave_in_y && found_.made < kMostStartsOfRows) {
       std::optional<std::size_t> from;
       for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
-        const auto& [v, value, certified, found] = found_.maxima[k];
-        // Beside the maxima of a face, which are not certified, stand more of them.
-        const bool wanted = is_higher(value, climbed_) || (certified && may_violate_beside(value));
-        if (wanted && !climbs_[k].made && (!from || value > found_.maxima[*from].value)) from = k;
+        const double value = found_.maxima[k].value;
+        const bool wanted =
+            value + kMore * found_.range.size() > *limit_ && !has_looked_beside_one_as_high(value);
+        if (wanted && (!from || value > found_.maxima[*from].value)) from = k;
       }
       if (!from || is_above_limit(highest())) return true;
-      climbs_[*from].made = true;
-      climbed_ = std::max(climbed_, found_.maxima[*from].value);
-      for (std::vector<double>& place : places_from(*from)) {
+      beside_[*from].looked = true;
+      for (std::vector<double>& place :
+           next_to(inner_, options_, found_.maxima[*from].v, beside_[*from].lambda, kBeside,
+                   context_.work.counts)) {
         if (!maximize_from(std::move(place), options)) return false;
       }
     }
     return true;
   }
 
-  [[nodiscard]] bool may_violate_beside(double value) const {
-    return value + kMore * found_.range.size() > *limit_;
-  }
-
-  /// Beside a maximum; where none can violate, only what is above it.
-  [[nodiscard]] std::vector<std::vector<double>> places_from(std::size_t k) {
-    const WorstCaseMaximum& maximum = found_.maxima[k];
-    const double gain = may_violate_beside(maximum.value)
-                            ? -kInfinity
-                            : found_.range.resolution(options_.minmax_worst_case_tol);
-    return next_to(inner_, options_, maximum.v, climbs_[k].lambda, gain, kBeside,
-                   context_.work.counts);
+  [[nodiscard]] bool has_looked_beside_one_as_high(double value) const {
+    for (std::size_t k = 0; k < beside_.size(); ++k) {
+      if (beside_[k].looked && is_as_high(value, found_.maxima[k].value)) return true;
+    }
+    return false;
   }
 
   /// By values at infeasible points, up to the size of the function; at most to what matters beside
@@ -472,7 +472,7 @@ class MaximizationOverY {
     }
     // A feasible point bounds the maximum from below, whatever ended the search there.
     found_.maxima.push_back({result.v, result.objective, certified, 1});
-    climbs_.push_back({result.lambda, false});
+    beside_.push_back({result.lambda, false});
   }
 
   Problem& inner_;
@@ -487,8 +487,7 @@ class MaximizationOverY {
   ValueRange on_the_way_;          ///< of values at infeasible points
   double accuracy_ = 0.0;          ///< of the value that a maximization leaves
   std::vector<std::size_t> held_;  ///< few variables that all others follow; none: empty
-  std::vector<Climb> climbs_;      ///< from each of the maxima
-  double climbed_ = -kInfinity;    ///< highest of those that one was made from
+  std::vector<Beside> beside_;     ///< each of the maxima
   Index corners_ = 0;              ///< that starts have had
 };
 

@@ -201,8 +201,7 @@ std::vector<double> start_above(Problem& inner, const SolverOptions& options,
 
 std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& options,
                                          std::vector<double> v, const std::vector<double>& lambda,
-                                         double gain, std::size_t most, Counts& counts) {
-  const double least = lagrangian(inner, v, lambda, counts) + gain;
+                                         std::size_t most, Counts& counts) {
   struct Move {
     std::size_t variable;
     double bound, value;
@@ -212,7 +211,7 @@ std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& op
     for (const double bound : other_bounds(inner.structure(), v, i)) {
       const double before = std::exchange(v[i], bound);
       const double value = lagrangian(inner, v, lambda, counts);
-      if (value > least) moves.push_back({i, bound, value});
+      if (std::isfinite(value)) moves.push_back({i, bound, value});
       v[i] = before;
     }
   }

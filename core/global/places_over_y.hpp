@@ -50,13 +50,11 @@ void move_to_corner(const ProblemStructure& structure, const std::vector<std::si
                                               std::vector<double> random, Index start,
                                               Counts& counts);
 
-/// Beside a maximum: one variable of it moved to a bound, where f + lambda'g gains more than
-/// `gain` (-infinity: or loses; what follows the move may make up for it), `most` places at most,
-/// the highest first.
+/// Beside a maximum: one variable of it moved to another bound, `most` places at most, those with
+/// the highest f + lambda'g first. What follows the move may make up for a loss.
 [[nodiscard]] std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& options,
                                                        std::vector<double> v,
                                                        const std::vector<double>& lambda,
-                                                       double gain, std::size_t most,
-                                                       Counts& counts);
+                                                       std::size_t most, Counts& counts);
 
 }  // namespace ipminmax

@@ -34,14 +34,13 @@ TEST(PlacesOverY, StandABoundFromTheMaximum) {
   AutodiffProblem problem(plane());
   Counts counts;
   const std::vector<double> maximum{1.0, -1.0, 0.0};
-  const auto places = [&](const std::vector<double>& lambda, double gain, std::size_t most) {
-    return next_to(problem, {}, maximum, lambda, gain, most, counts);
+  const auto places = [&](const std::vector<double>& lambda, std::size_t most) {
+    return next_to(problem, {}, maximum, lambda, most, counts);
   };
-  EXPECT_EQ(places({0.0}, -kInfinity, 4), (Places{{1.0, 1.0, 0.0}, {-1.0, -1.0, 0.0}}));
-  EXPECT_EQ(places({0.0}, -kInfinity, 1), (Places{{1.0, 1.0, 0.0}}));
-  EXPECT_TRUE(places({0.0}, 0.0, 4).empty());
+  EXPECT_EQ(places({0.0}, 4), (Places{{1.0, 1.0, 0.0}, {-1.0, -1.0, 0.0}}));
+  EXPECT_EQ(places({0.0}, 1), (Places{{1.0, 1.0, 0.0}}));
   // With its multiplier the constraint is what y0 gains from.
-  EXPECT_EQ(places({-2.0}, 0.0, 4), (Places{{-1.0, -1.0, 0.0}}));
+  EXPECT_EQ(places({-2.0}, 1), (Places{{-1.0, -1.0, 0.0}}));
   EXPECT_GT(counts.objective, 0);
   EXPECT_GT(counts.constraints, 0);
 }
@@ -52,7 +51,7 @@ TEST(PlacesOverY, LeaveOutWhereTheModelIsUndefined) {
   model.objective(log(y) - y);
   AutodiffProblem problem(std::move(model));
   Counts counts;
-  EXPECT_EQ(next_to(problem, {}, {1.0}, {}, -kInfinity, 4, counts), (Places{{2.0}}));
+  EXPECT_EQ(next_to(problem, {}, {1.0}, {}, 4, counts), (Places{{2.0}}));
 }
 
 }  // namespace
