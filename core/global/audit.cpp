@@ -12,6 +12,7 @@
 #include "core/global/over_y.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
@@ -470,6 +471,7 @@ double change_with_x(Problem& model, const std::vector<double>& v, const std::ve
   if (!model.gradient(v, true, at_v) || !model.gradient(other, true, at_other)) return 0.0;
   VariableRanges sizes(s);
   sizes.see(v);
+  if (const auto start = model_start(model)) sizes.see(*start);  // v may have gone to zero
   double change = 0.0;
   for (std::size_t i = 0; i < v.size(); ++i) {
     if (s.variable_players[i] == Player::Min)

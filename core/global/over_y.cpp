@@ -35,6 +35,8 @@ constexpr double kFarFromLimit = 0.25;
 constexpr Index kOften = parameters::kPatience;
 /// Searches that begin beside a maximum.
 constexpr std::size_t kBeside = parameters::kFew;
+/// Maxima of one value that searches begin beside.
+constexpr Index kBesideOneHeight = 3;
 /// Barrier parameter from which a start beside a maximum is not forgotten.
 constexpr double kMuBeside = parameters::kSlight;
 /// Boxes of a proof between two words to the listener.
@@ -338,7 +340,8 @@ class MaximizationOverY {
   }
 
   /// Beside the highest maximum, then beside others, if little more would violate the constraint:
-  /// with one variable at another bound. Of maxima of one value, as on a face of Y, beside one.
+  /// with one variable at another bound. Of maxima of one value, as on a face of Y, beside a few:
+  /// those on which x rests have one value, too.
   /// False: nothing more can be done.
   [[nodiscard]] bool look_beside() {
     SolverOptions options = staying_near(options_, kMuBeside);
@@ -346,9 +349,10 @@ class MaximizationOverY {
     while (!options_.minmax_concave_in_y && found_.made < kMostStartsOfRows) {
       std::optional<std::size_t> from;
       for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
-        const double value = found_.maxima[k].value;
-        const bool wanted =
-            value + kMore * found_.range.size() > *limit_ && !has_looked_beside_one_as_high(value);
+        const auto& [v, value, certified, found] = found_.maxima[k];
+        // Beside the maxima of a face, which are not certified, stand more of them.
+        const bool wanted = !beside_[k].looked && value + kMore * found_.range.size() > *limit_ &&
+                            looked_beside_as_high(value) < (certified ? kBesideOneHeight : 1);
         if (wanted && (!from || value > found_.maxima[*from].value)) from = k;
       }
       if (!from || is_above_limit(highest())) return true;
@@ -362,11 +366,12 @@ class MaximizationOverY {
     return true;
   }
 
-  [[nodiscard]] bool has_looked_beside_one_as_high(double value) const {
+  [[nodiscard]] Index looked_beside_as_high(double value) const {
+    Index looked = 0;
     for (std::size_t k = 0; k < beside_.size(); ++k) {
-      if (beside_[k].looked && is_as_high(value, found_.maxima[k].value)) return true;
+      if (beside_[k].looked && is_as_high(value, found_.maxima[k].value)) ++looked;
     }
-    return false;
+    return looked;
   }
 
   /// By values at infeasible points, up to the size of the function; at most to what matters beside
