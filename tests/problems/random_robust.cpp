@@ -82,7 +82,7 @@ MatrixXd RobustRow::hessian(const VectorXd& x, const VectorXd& y) const {
   return h;
 }
 
-RobustProgram RobustProgram::random(std::mt19937_64& random) {
+RobustProgram RobustProgram::random(std::mt19937_64& random, Index disturbances) {
   const auto uniform = [&](double lower, double upper) {
     return std::uniform_real_distribution<double>(lower, upper)(random);
   };
@@ -96,7 +96,7 @@ RobustProgram RobustProgram::random(std::mt19937_64& random) {
         static_cast<std::size_t>(least), static_cast<std::size_t>(most))(random));
   };
   RobustProgram p;
-  const Index n = whole(1, 5), m = p.set.size = whole(1, 20);
+  const Index n = whole(1, 5), m = p.set.size = whole(1, disturbances);
   const Index kind = whole(0, 2);
   p.set.ball = kind == 1;
   for (int k = 0; kind == 2 && k < 3; ++k) p.set.normals.push_back(vector(m, 2.0));
