@@ -40,7 +40,8 @@ struct RobustProgram {
   std::vector<RobustRow> rows;
 
   /// 1 to 5 x, 1 to `disturbances` y, 1 to 10 rows; a box, a ball or a polyhedron; half of them with waves.
-  [[nodiscard]] static RobustProgram random(std::mt19937_64& random, Eigen::Index disturbances = 20);
+  [[nodiscard]] static RobustProgram random(std::mt19937_64& random,
+                                            Eigen::Index disturbances = 20);
   /// The largest value of a row over the set that projected gradient ascents from so many starts
   /// find: a judge that shares nothing with the solver.
   [[nodiscard]] double largest(const RobustRow& row, const Eigen::VectorXd& x, int starts,
