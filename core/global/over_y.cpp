@@ -152,6 +152,7 @@ class MaximizationOverY {
     const std::vector<std::size_t> boxed = boxed_variables(s, options_);
     std::vector<double> v = starting_values(inner_);
     if (v.empty() || boxed.empty() || boxed.size() > kMostHeld || has_inequality(s)) return {};
+    if (equations(s) > free_.size() - boxed.size()) return {};  // they restrict these, too
     held_ = boxed;
     std::optional<Result> best;
     for (std::size_t corner = 0; corner < (std::size_t{1} << boxed.size()); ++corner) {
@@ -209,6 +210,13 @@ class MaximizationOverY {
       if (bounded && s.constraint_lower[j] < s.constraint_upper[j]) return true;
     }
     return false;
+  }
+
+  [[nodiscard]] static std::size_t equations(const ProblemStructure& s) {
+    std::size_t count = 0;
+    for (std::size_t j = 0; j < s.constraint_lower.size(); ++j)
+      count += s.constraint_lower[j] == s.constraint_upper[j] ? 1U : 0U;
+    return count;
   }
 
   [[nodiscard]] Result solve_held(Held held) {

@@ -220,6 +220,24 @@ TEST(RobustConstraint, IsNotCertifiedWhileStartsFindOtherMaxima) {
   EXPECT_EQ(result.certificate.least_curvature, 0.0);
 }
 
+TEST(RobustConstraint, CornersOfTheBoxOutsideOfASimplexAreNoCornersWithoutAValue) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  Expression row = 0.0 * x, sum = 0.0 * x;
+  model.objective(square(x - 3.0));
+  for (int i = 0; i < 3; ++i) {
+    const Expression y = model.variable(kMax, "y" + std::to_string(i), 0.0, 1.0);
+    row += (1.0 + i) * x * y;
+    sum += y;
+  }
+  model.constraint(row, -kNoBound, 2.0, kMin);
+  model.constraint(sum, 1.0, 1.0, kMax);
+  AutodiffProblem problem(model, {0.5, 0.3, 0.3, 0.4});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << result.over_y.open;
+  EXPECT_NEAR(result.v[0], 2.0 / 3.0, 1e-6);
+}
+
 TEST(RobustConstraint, KinkOfTwoBranchesIsSolvedWithACopyOfYEach) {
   // phi(x) = max_y -(y^2 - 1)^2 + x y + .1 x^2 + .3 x^3 = |x| + ..., least at the kink x = 0.
   Model model;
