@@ -200,10 +200,15 @@ bool is_on_plateau(const MethodContext& context, const Point& found, double mu) 
 
 namespace {
 
+/// With robust constraints, which a search over y may meet elsewhere, only where Max's are not met.
 bool may_be_infeasible(const MethodContext& context, const SearchOutcome& outcome) {
-  return search_failed(outcome.status) && context.canonical.max_constraints().size() > 0 &&
-         context.canonical.robust_constraints().empty() &&
-         max_norm(outcome.point.evaluation.c) > context.options.constr_viol_tol;
+  const CanonicalProblem& canonical = context.canonical;
+  const Eigen::VectorXd& c = outcome.point.evaluation.c;
+  const IndexRange of_max = canonical.max_constraints();
+  if (!search_failed(outcome.status) || of_max.size() == 0) return false;
+  const bool robust = !canonical.robust_constraints().empty();
+  return max_norm(robust ? c.segment(of_max.begin, of_max.size()) : c.head(c.size())) >
+         context.options.constr_viol_tol;
 }
 
 }  // namespace

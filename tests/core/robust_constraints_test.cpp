@@ -238,6 +238,19 @@ TEST(RobustConstraint, CornersOfTheBoxOutsideOfASimplexAreNoCornersWithoutAValue
   EXPECT_NEAR(result.v[0], 2.0 / 3.0, 1e-6);
 }
 
+TEST(RobustConstraint, OverNoYAtAllSaysThatMaxsConstraintsCannotBeMet) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  model.objective(square(x - 3.0));
+  model.constraint(square(y), -kNoBound, -1.0, kMax);
+  model.constraint(x * y, -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.5, 0.3});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::InnerInfeasible) << result.message;
+  EXPECT_EQ(result.message.find("kink"), std::string::npos) << result.message;
+}
+
 TEST(RobustConstraint, KinkOfTwoBranchesIsSolvedWithACopyOfYEach) {
   // phi(x) = max_y -(y^2 - 1)^2 + x y + .1 x^2 + .3 x^3 = |x| + ..., least at the kink x = 0.
   Model model;
