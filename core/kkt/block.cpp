@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/kkt/block.hpp"
@@ -21,26 +22,22 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
 }
 
 void BarrierTerms::set_size(Index variables) {
-  curvature.setZero(variables);
-  distance_lower.setOnes(variables);
-  distance_upper.setOnes(variables);
-  z_lower.setZero(variables);
-  z_upper.setZero(variables);
-  for (auto* bounded : {&lower, &upper}) {
-    bounded->clear();
-    bounded->reserve(at(variables));
+  for (auto* all : {&curvature, &distance_lower, &distance_upper, &z_lower, &z_upper}) {
+    all->resize(variables);
   }
+  take_none();
+  for (auto* bounded : {&lower, &upper}) bounded->reserve(at(variables));
 }
 
 void BarrierTerms::take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin) {
   z_lower = iterate.z_lower;
   z_upper = iterate.z_upper;
   curvature.setZero();
-  const auto take_from = [&](std::span<const Index> all, std::vector<Index>& bounded) {
+  const auto from = [&](std::span<const Index> all, std::vector<Index>& bounded) {
     bounded.assign(std::ranges::lower_bound(all, begin), all.end());
   };
-  take_from(canonical.lower_bounded(), lower);
-  take_from(canonical.upper_bounded(), upper);
+  from(canonical.lower_bounded(), lower);
+  from(canonical.upper_bounded(), upper);
   for (const Index i : lower) {
     distance_lower[i] = canonical.above_lower(i, iterate.v[i]);
     curvature[i] += z_lower[i] / distance_lower[i];
@@ -52,22 +49,15 @@ void BarrierTerms::take(const CanonicalProblem& canonical, const Iterate& iterat
 }
 
 void BarrierTerms::take(const Eigen::VectorXd& given, Index begin) {
-  curvature = given;
-  distance_lower.setOnes();
-  distance_upper.setOnes();
-  z_lower = given;
-  z_upper.setZero();
-  lower.clear();
-  upper.clear();
+  take_none();
+  curvature = z_lower = given;
   for (Index i = begin; i < given.size(); ++i) {
     if (given[i] != 0.0) lower.push_back(i);
   }
 }
 
 void BarrierTerms::take_none() {
-  curvature.setOnes();
-  distance_lower.setOnes();
-  distance_upper.setOnes();
+  for (Eigen::VectorXd* ones : {&curvature, &distance_lower, &distance_upper}) ones->setOnes();
   z_lower.setZero();
   z_upper.setZero();
   lower.clear();
@@ -78,73 +68,59 @@ KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const Kkt
     : row_of_variable(at(canonical.variables()), -1),
       row_of_constraint(at(canonical.constraints()), -1) {
   const bool full = which == Which::Full;
-  const Index y_offset = full ? layout.y.begin : 0;
-  const Index lambda_y_offset = full ? layout.lambda_y.begin : layout.y.size();
   const Index dimension = full ? layout.dimension() : layout.y.size() + layout.lambda_y.size();
   variables = {full ? 0 : canonical.y().begin, canonical.variables()};
   constraints = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
 
-  const auto number = [](std::vector<Index>& rows, std::vector<Run>& runs, IndexRange range,
-                         Index offset) {
-    for (Index i = range.begin; i < range.end; ++i) rows[at(i)] = offset + (i - range.begin);
-    runs.push_back({.first = range.begin, .row = offset, .size = range.size()});
+  signs.resize(at(dimension));
+  const auto all_signs = layout.signs();
+  const auto number = [&](std::vector<Index>& rows, std::vector<Run>& runs, IndexRange range,
+                          Index full_row, Index row) {
+    runs.push_back({.first = range.begin, .row = row, .size = range.size()});
+    std::iota(rows.begin() + range.begin, rows.begin() + range.end, row);
+    std::copy_n(all_signs.begin() + full_row, range.size(), signs.begin() + row);
   };
   if (full) {
-    number(row_of_variable, variable_runs, canonical.x(), layout.x.begin);
-    number(row_of_constraint, constraint_runs, canonical.min_constraints(), layout.lambda_x.begin);
+    number(row_of_variable, variable_runs, canonical.x(), layout.x.begin, layout.x.begin);
+    number(row_of_constraint, constraint_runs, canonical.min_constraints(), layout.lambda_x.begin,
+           layout.lambda_x.begin);
   }
-  number(row_of_variable, variable_runs, canonical.y(), y_offset);
-  number(row_of_constraint, constraint_runs, canonical.max_constraints(), lambda_y_offset);
+  number(row_of_variable, variable_runs, canonical.y(), layout.y.begin, full ? layout.y.begin : 0);
+  number(row_of_constraint, constraint_runs, canonical.max_constraints(), layout.lambda_y.begin,
+         full ? layout.lambda_y.begin : layout.y.size());
 
   std::vector<Triplet> entries;
   entries.reserve(canonical.hessian().size() + canonical.jacobian().size());
-  hessian_entries.reserve(canonical.hessian().size());
-  jacobian_entries.reserve(canonical.jacobian().size());
-  for (std::size_t k = 0; k < canonical.hessian().size(); ++k) {
-    const Index row = row_of_variable[at(canonical.hessian()[k].row)];
-    const Index col = row_of_variable[at(canonical.hessian()[k].col)];
-    if (row < 0 || col < 0) continue;
-    hessian_entries.push_back(static_cast<Index>(k));
-    entries.push_back({row, col});
-  }
-  for (std::size_t k = 0; k < canonical.jacobian().size(); ++k) {
-    const Index row = row_of_constraint[at(canonical.jacobian()[k].row)];
-    const Index col = row_of_variable[at(canonical.jacobian()[k].col)];
-    if (row < 0 || col < 0) continue;
-    jacobian_entries.push_back(static_cast<Index>(k));
-    entries.push_back({row, col});
-  }
+  const auto take = [&](std::span<const Triplet> pattern, const std::vector<Index>& rows,
+                        std::vector<Index>& taken) {
+    taken.reserve(pattern.size());
+    for (std::size_t k = 0; k < pattern.size(); ++k) {
+      const Index row = rows[at(pattern[k].row)], col = row_of_variable[at(pattern[k].col)];
+      if (row < 0 || col < 0) continue;
+      taken.push_back(static_cast<Index>(k));
+      entries.push_back({row, col});
+    }
+    taken.shrink_to_fit();
+  };
+  take(canonical.hessian(), row_of_variable, hessian_entries);
+  take(canonical.jacobian(), row_of_constraint, jacobian_entries);
   zero = SymmetricMatrix(dimension, entries);
   positions = zero.take_triplet_positions();
-  hessian_entries.shrink_to_fit();
-  jacobian_entries.shrink_to_fit();
-
-  signs.assign(at(dimension), 1);
-  for (Index i = variables.begin; i < variables.end; ++i) {
-    if (const Index row = row_of_variable[at(i)]; row >= 0) {
-      signs[at(row)] = canonical.owned_by_max(i) ? -1 : 1;
-    }
-  }
-  for (Index j = constraints.begin; j < constraints.end; ++j) {
-    signs[at(row_of_constraint[at(j)])] = canonical.max_constraints().contains(j) ? 1 : -1;
-  }
 }
 
 KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical,
                    KktBlockArrays* arrays)
-    : canonical_(canonical),
-      pattern_(std::move(pattern)),
-      arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
-  arrays_.matrix = pattern_->zero;
-  arrays_.diagonal.assign(at(arrays_.matrix.dimension()), 0.0);
-  arrays_.terms.set_size(canonical.variables());
-  arrays_.curvature.setZero(pattern_->variables.size());
+    : Kept(arrays), canonical_(canonical), pattern_(std::move(pattern)) {
+  matrix_ = pattern_->zero;
+  diagonal_.setZero(dimension());
+  terms_.set_size(canonical.variables());
+  curvature_.setZero(variables().size());
   forget_copies();
 }
 
 Analysis KktBlock::analyze(const SolverOptions& options) {
   solver_ = make_symmetric_solver(options.linear_solver, solver_options(options));
-  return empty() ? Analysis{.ok = true} : solver_->analyze(arrays_.matrix, signs());
+  return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs());
 }
 
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
@@ -154,21 +130,21 @@ void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
 }
 
 void KktBlock::assemble(const Iterate& iterate, const Evaluation& evaluation) {
-  arrays_.terms.take(canonical_, iterate, pattern_->variables.begin);
+  terms_.take(canonical_, iterate, variables().begin);
   if (!canonical_.has_copies()) {
     assemble(evaluation, evaluation.jacobian);
     return;
   }
-  row_jacobian(canonical_, iterate, evaluation, arrays_.jacobian);
+  row_jacobian(canonical_, iterate, evaluation, jacobian_);
   set_lengths(iterate);
-  assemble(evaluation, arrays_.jacobian);
+  assemble(evaluation, jacobian_);
 }
 
 void KktBlock::set_lengths(const Iterate& iterate) {
-  arrays_.lengths.setOnes(dimension());
+  lengths_.setOnes(dimension());
   const auto set = [&](Index row, Index slack, double power) {
     if (row < 0 || slack < 0) return;
-    arrays_.lengths[row] = std::pow(CanonicalProblem::weight_by(slack, iterate), power);
+    lengths_[row] = std::pow(CanonicalProblem::weight_by(slack, iterate), power);
   };
   for (Index i = canonical_.y().begin; i < canonical_.y().end; ++i) {
     set(row_of_variable(i), canonical_.served_slack(i), -0.5);
@@ -179,124 +155,114 @@ void KktBlock::set_lengths(const Iterate& iterate) {
 }
 
 void KktBlock::forget_copies() {
-  if (arrays_.lengths.size() == 0) return;
+  if (lengths_.size() == 0) return;
   jacobian_call_ = hessian_call_ = 0;
-  arrays_.lengths.resize(0);
-  arrays_.jacobian.clear();
+  lengths_.resize(0);
+  jacobian_.clear();
 }
 
 void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
-  arrays_.terms.take(barrier_curvature, pattern_->variables.begin);
+  terms_.take(barrier_curvature, variables().begin);
   forget_copies();
   assemble(evaluation, evaluation.jacobian);
 }
 
 void KktBlock::assemble(const Evaluation& evaluation, std::span<const double> jacobian) {
-  const auto own_curvature =
-      arrays_.terms.curvature.segment(pattern_->variables.begin, pattern_->variables.size());
+  const auto own_curvature = terms_.curvature.segment(variables().begin, variables().size());
   const bool known = evaluation.jacobian_call > 0 && evaluation.hessian_call > 0;
   if (known && jacobian_call_ == evaluation.jacobian_call &&
-      hessian_call_ == evaluation.hessian_call && arrays_.curvature == own_curvature) {
+      hessian_call_ == evaluation.hessian_call && curvature_ == own_curvature) {
     return;
   }
-  factorized_with_.reset();
-  ++version_;
   jacobian_call_ = known ? evaluation.jacobian_call : 0;
   hessian_call_ = known ? evaluation.hessian_call : 0;
-  arrays_.curvature = own_curvature;
-  low_rank_ = evaluation.low_rank;
-  arrays_.matrix.set_zero();
-  const auto values = arrays_.matrix.values();
-  hessian_norm_ = 0.0;
-  for (std::size_t k = 0; k < pattern_->hessian_entries.size(); ++k) {
-    const double value = evaluation.hessian[at(pattern_->hessian_entries[k])];
-    values[at(pattern_->positions[k])] += value;
-    hessian_norm_ = std::max(hessian_norm_, std::abs(value));
+  curvature_ = own_curvature;
+  set_values(evaluation, jacobian, true);
+  if (lengths_.size() > 0) measure_copies();
+}
+
+void KktBlock::assemble_projection(const Evaluation& evaluation) {
+  terms_.take_none();
+  forget_copies();
+  jacobian_call_ = hessian_call_ = 0;
+  set_values(evaluation, evaluation.jacobian, false);
+}
+
+void KktBlock::set_values(const Evaluation& evaluation, std::span<const double> jacobian,
+                          bool coupled) {
+  factorized_with_.reset();
+  ++version_;
+  low_rank_ = coupled ? evaluation.low_rank : nullptr;
+  matrix_.set_zero();
+  const auto values = matrix_.values();
+  auto position = pattern_->positions.begin();
+  if (coupled) {
+    hessian_norm_ = low_rank_ && low_rank_->diagonal.size() > 0
+                        ? std::max(0.0, low_rank_->diagonal.maxCoeff())
+                        : 0.0;
+    for (const Index k : pattern_->hessian_entries) {
+      const double value = evaluation.hessian[at(k)];
+      values[at(*position++)] += value;
+      hessian_norm_ = std::max(hessian_norm_, std::abs(value));
+    }
+  } else {
+    position += std::ssize(pattern_->hessian_entries);
   }
-  for (std::size_t k = 0; k < pattern_->jacobian_entries.size(); ++k) {
-    values[at(pattern_->positions[pattern_->hessian_entries.size() + k])] +=
-        jacobian[at(pattern_->jacobian_entries[k])];
+  for (const Index k : pattern_->jacobian_entries) {
+    const auto [row, col] = canonical_.jacobian()[at(k)];
+    const bool own = canonical_.owned_by_max(col) == canonical_.max_constraints().contains(row);
+    if (coupled || own) values[at(*position)] += jacobian[at(k)];
+    ++position;
   }
-  for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
-    const Index row = pattern_->row_of_variable[at(i)];
+  for (Index i = variables().begin; i < variables().end; ++i) {
+    const Index row = row_of_variable(i);
     if (row < 0) continue;
-    arrays_.diagonal[at(row)] = values[at(arrays_.matrix.diagonal_position(row))] +
-                                canonical_.sign(i) * arrays_.terms.curvature[i];
-    if (low_rank_) arrays_.diagonal[at(row)] += low_rank_->diagonal[i];
+    diagonal_[row] =
+        values[at(matrix_.diagonal_position(row))] + canonical_.sign(i) * terms_.curvature[i];
+    if (low_rank_) diagonal_[row] += low_rank_->diagonal[i];
   }
-  if (low_rank_ && low_rank_->diagonal.size() > 0)
-    hessian_norm_ = std::max(hessian_norm_, low_rank_->diagonal.maxCoeff());
-  for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
+  for (Index j = constraints().begin; j < constraints().end; ++j) {
     const Index slack = canonical_.slack_of(j);
-    arrays_.diagonal[at(pattern_->row_of_constraint[at(j)])] =
-        slack < 0 ? 0.0 : -canonical_.sign(slack) / arrays_.terms.curvature[slack];
+    diagonal_[row_of_constraint(j)] =
+        slack < 0 ? 0.0 : -canonical_.sign(slack) / terms_.curvature[slack];
   }
-  if (arrays_.lengths.size() > 0) measure_copies();
 }
 
 /// In units in which the equations of a copy are those of its own row.
 void KktBlock::measure_copies() {
-  const Eigen::VectorXd& lengths = arrays_.lengths;
-  const auto starts = arrays_.matrix.column_starts();
-  const auto rows = arrays_.matrix.rows();
-  const auto values = arrays_.matrix.values();
+  const auto starts = matrix_.column_starts();
+  const auto rows = matrix_.rows();
+  const auto values = matrix_.values();
   for (Index col = 0; col < dimension(); ++col) {
     for (Index k = starts[at(col)]; k < starts[at(col) + 1]; ++k) {
-      values[at(k)] *= lengths[col] * lengths[rows[at(k)]];
+      values[at(k)] *= lengths_[col] * lengths_[rows[at(k)]];
     }
-    arrays_.diagonal[at(col)] *= lengths[col] * lengths[col];
+    diagonal_[col] *= lengths_[col] * lengths_[col];
   }
 }
 
-void KktBlock::decouple(const std::vector<bool>& constraints) {
-  if (constraints.empty()) return;
+void KktBlock::decouple(const std::vector<bool>& decoupled) {
+  if (decoupled.empty()) return;
   factorized_with_.reset();
-  for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
-    if (!constraints[at(j)]) continue;
-    arrays_.diagonal[at(pattern_->row_of_constraint[at(j)])] =
-        canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
-  }
-}
-
-void KktBlock::assemble_projection(const Evaluation& evaluation,
-                                   const Eigen::VectorXd& multiplier_diagonal) {
-  arrays_.terms.take_none();
-  forget_copies();
-  factorized_with_.reset();
-  ++version_;
-  jacobian_call_ = hessian_call_ = 0;
-  low_rank_ = nullptr;
-  arrays_.matrix.set_zero();
-  const auto values = arrays_.matrix.values();
-  for (std::size_t k = 0; k < pattern_->jacobian_entries.size(); ++k) {
-    const auto [row, col] = canonical_.jacobian()[at(pattern_->jacobian_entries[k])];
-    if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
-    values[at(pattern_->positions[pattern_->hessian_entries.size() + k])] +=
-        evaluation.jacobian[at(pattern_->jacobian_entries[k])];
-  }
-  for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
-    if (const Index row = pattern_->row_of_variable[at(i)]; row >= 0)
-      arrays_.diagonal[at(row)] = canonical_.sign(i);
-  }
-  for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
-    arrays_.diagonal[at(pattern_->row_of_constraint[at(j)])] = multiplier_diagonal[j];
+  for (Index j = constraints().begin; j < constraints().end; ++j) {
+    if (!decoupled[at(j)]) continue;
+    diagonal_[row_of_constraint(j)] = canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
   }
 }
 
 void KktBlock::shift_by(const Regularization& shift) {
-  const auto values = arrays_.matrix.values();
-  for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
-    const Index row = pattern_->row_of_variable[at(i)];
+  const auto values = matrix_.values();
+  for (Index i = variables().begin; i < variables().end; ++i) {
+    const Index row = row_of_variable(i);
     if (row < 0) continue;
-    values[at(arrays_.matrix.diagonal_position(row))] =
-        arrays_.diagonal[at(row)] +
-        (canonical_.owned_by_max(i) ? shift.of_max(i) : shift.of_min(i));
+    values[at(matrix_.diagonal_position(row))] =
+        diagonal_[row] + (canonical_.owned_by_max(i) ? shift.of_max(i) : shift.of_min(i));
   }
-  for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
-    const Index row = pattern_->row_of_constraint[at(j)];
-    double diagonal = arrays_.diagonal[at(row)];  // of Min -1 / Sigma of the slack, or 0
+  for (Index j = constraints().begin; j < constraints().end; ++j) {
+    const Index row = row_of_constraint(j);
+    double diagonal = diagonal_[row];  // of Min -1 / Sigma of the slack, or 0
     if (shift.slacks > 0.0 && diagonal < 0.0) diagonal /= 1.0 - shift.slacks * diagonal;
-    values[at(arrays_.matrix.diagonal_position(row))] =
+    values[at(matrix_.diagonal_position(row))] =
         diagonal + (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
   }
 }
@@ -304,14 +270,14 @@ void KktBlock::shift_by(const Regularization& shift) {
 void KktBlock::begin_factorize(const Regularization& shift) {
   factorized_with_.reset();
   shift_by(shift);
-  solver_->begin_factorize(arrays_.matrix);
+  solver_->begin_factorize(matrix_);
 }
 
 Factorization KktBlock::factorize(const Regularization& shift, Certainty certainty) {
   if (is_factorized(shift, certainty)) return factorization_;
   shift_by(shift);
   certainty_ = certainty;
-  factorization_ = solver_->factorize(arrays_.matrix, certainty);
+  factorization_ = solver_->factorize(matrix_, certainty);
   factorized_with_.reset();
   if (factorization_.status == FactorizationStatus::OutOfMemory) throw FactorsOutOfMemory();
   if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
@@ -320,7 +286,7 @@ Factorization KktBlock::factorize(const Regularization& shift, Certainty certain
 
 Factorization KktBlock::make_certain(const Regularization& shift) {
   if (certainty_ == Certainty::Certain || !is_factorized(shift, certainty_)) return factorization_;
-  factorization_ = solver_->make_certain(arrays_.matrix, factorization_);
+  factorization_ = solver_->make_certain(matrix_, factorization_);
   if (factorization_.status != FactorizationStatus::Ok) factorized_with_.reset();
   return factorization_;
 }
@@ -337,7 +303,7 @@ void KktBlock::subtract_product(const Evaluation& evaluation, const Eigen::Vecto
   }
   if (evaluation.low_rank) evaluation.low_rank->subtract_product(v, product_v);
   const auto jacobian = canonical_.jacobian();
-  const auto& jacobians = arrays_.jacobian.empty() ? evaluation.jacobian : arrays_.jacobian;
+  const auto& jacobians = jacobian_.empty() ? evaluation.jacobian : jacobian_;
   for (const Index k : pattern_->jacobian_entries) {
     const auto [row, col] = jacobian[at(k)];
     const double value = jacobians[at(k)];

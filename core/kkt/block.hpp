@@ -12,6 +12,7 @@
 #include "core/kkt/layout.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
+#include "core/model/kept.hpp"
 #include "core/model/quasi_newton.hpp"
 #include "core/options.hpp"
 #include "linalg/symmetric_matrix.hpp"
@@ -94,28 +95,26 @@ struct KktPattern {
 
 /// The values of a KktBlock, kept from one to the next.
 struct KktBlockArrays {
-  SymmetricMatrix matrix;
-  std::vector<double> diagonal;  ///< at zero shift, per row
-  BarrierTerms terms;
-  Eigen::VectorXd curvature;  ///< of the variables, in the values
+  SymmetricMatrix matrix_;
+  Eigen::VectorXd diagonal_;  ///< at zero shift, per row
+  BarrierTerms terms_;
+  Eigen::VectorXd curvature_;  ///< of the variables, in the values
   // Where there are copies, else empty
-  std::vector<double> jacobian;  ///< see row_jacobian
-  Eigen::VectorXd lengths;       ///< per row: matrix = lengths * KKT matrix * lengths
+  std::vector<double> jacobian_;  ///< see row_jacobian
+  Eigen::VectorXd lengths_;       ///< per row: matrix = lengths * KKT matrix * lengths
 };
 
 /// One of the two KKT matrices with its solver.
 /// Positions of all entries are found once; afterwards only values move.
-class KktBlock {
+class KktBlock : Kept<KktBlockArrays> {
  public:
   /// The pattern is that of the canonical problem, or of another one of the same shape. arrays: of
   /// no other block that is in use; null: its own.
   KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical,
            KktBlockArrays* arrays = nullptr);
-  KktBlock(const KktBlock&) = delete;
-  KktBlock& operator=(const KktBlock&) = delete;
 
   [[nodiscard]] const std::shared_ptr<const KktPattern>& pattern() const { return pattern_; }
-  [[nodiscard]] bool empty() const { return arrays_.matrix.dimension() == 0; }
+  [[nodiscard]] bool empty() const { return matrix_.dimension() == 0; }
   /// With a new solver.
   [[nodiscard]] Analysis analyze(const SolverOptions& options);
   /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
@@ -133,13 +132,12 @@ class KktBlock {
   /// The same with the barrier curvatures given.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
   /// After assemble: rows without entries of J count with the expected sign and one as diagonal.
-  void decouple(const std::vector<bool>& constraints);
+  void decouple(const std::vector<bool>& decoupled);
   /// The barrier terms of the last assemble, of none after assemble_projection.
-  [[nodiscard]] const BarrierTerms& barrier_terms() const { return arrays_.terms; }
-  /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the
-  /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers.
-  void assemble_projection(const Evaluation& evaluation,
-                           const Eigen::VectorXd& multiplier_diagonal);
+  [[nodiscard]] const BarrierTerms& barrier_terms() const { return terms_; }
+  /// The matrix of least-squares multipliers: W = I for Min, -I for Max, slacks with curvature 1,
+  /// no coupling of the players.
+  void assemble_projection(const Evaluation& evaluation);
 
   /// Sets the diagonal of matrix().
   void shift_by(const Regularization& shift);
@@ -177,21 +175,17 @@ class KktBlock {
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
   /// Rows of the KKT matrix over those of matrix(): equations of a copy are those of its own row,
   /// over sqrt(weight), its multipliers times it.
-  [[nodiscard]] double length(Index row) const {
-    return measures_copies() ? arrays_.lengths[row] : 1.0;
-  }
-  [[nodiscard]] bool measures_copies() const { return arrays_.lengths.size() > 0; }
+  [[nodiscard]] double length(Index row) const { return measures_copies() ? lengths_[row] : 1.0; }
+  [[nodiscard]] bool measures_copies() const { return lengths_.size() > 0; }
 
-  [[nodiscard]] Index dimension() const { return arrays_.matrix.dimension(); }
+  [[nodiscard]] Index dimension() const { return matrix_.dimension(); }
   /// The matrix of the last factorize, and the expected sign of each pivot.
-  [[nodiscard]] const SymmetricMatrix& matrix() const { return arrays_.matrix; }
+  [[nodiscard]] const SymmetricMatrix& matrix() const { return matrix_; }
   [[nodiscard]] std::span<const std::int8_t> signs() const { return pattern_->signs; }
   /// Row of a canonical variable or constraint, -1 when it is not in this block.
-  [[nodiscard]] Index row_of_variable(Index i) const {
-    return pattern_->row_of_variable[static_cast<std::size_t>(i)];
-  }
+  [[nodiscard]] Index row_of_variable(Index i) const { return pattern_->row_of_variable[at(i)]; }
   [[nodiscard]] Index row_of_constraint(Index j) const {
-    return pattern_->row_of_constraint[static_cast<std::size_t>(j)];
+    return pattern_->row_of_constraint[at(j)];
   }
   [[nodiscard]] std::span<const KktPattern::Run> variable_runs() const {
     return pattern_->variable_runs;
@@ -213,14 +207,14 @@ class KktBlock {
 
  private:
   void assemble(const Evaluation& evaluation, std::span<const double> jacobian);
+  /// coupled: with W and all of J, else the projection's.
+  void set_values(const Evaluation& evaluation, std::span<const double> jacobian, bool coupled);
   void set_lengths(const Iterate& iterate);
   void forget_copies();
   void measure_copies();
 
   const CanonicalProblem& canonical_;
   std::shared_ptr<const KktPattern> pattern_;
-  std::optional<KktBlockArrays> own_;
-  KktBlockArrays& arrays_;
   std::shared_ptr<SymmetricSolver> solver_;
   double hessian_norm_ = 0.0;
   std::shared_ptr<const LowRankHessian> low_rank_;

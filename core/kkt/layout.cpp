@@ -27,7 +27,7 @@ Inertia KktLayout::with_slacks_inner(Inertia reduced) const {
 }
 
 std::vector<std::int8_t> KktLayout::signs() const {
-  std::vector<std::int8_t> signs(static_cast<std::size_t>(dimension()));
+  std::vector<std::int8_t> signs(at(dimension()));
   const auto set = [&](IndexRange range, std::int8_t sign) {
     std::fill(signs.begin() + range.begin, signs.begin() + range.end, sign);
   };

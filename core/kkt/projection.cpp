@@ -26,17 +26,10 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   lambda.setZero(canonical_.constraints());
   if (canonical_.constraints() == 0) return true;
   const Counting counting(*this, FactorizationCause::Multipliers);
-  Eigen::VectorXd& diagonal = arrays_.multiplier_diagonal;
-  diagonal.setZero(canonical_.constraints());
-  for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (const Index slack = canonical_.slack_of(j); slack >= 0) {
-      diagonal[j] = -canonical_.sign(slack);
-    }
-  }
-  full_.assemble_projection(evaluation, diagonal);
+  full_.assemble_projection(evaluation);
   release_full();
-  NewtonResidual& rhs = arrays_.gradient;
-  Step& step = arrays_.multipliers;
+  NewtonResidual& rhs = gradient_;
+  Step& step = multipliers_;
   set_zero(canonical_, rhs);
   set_zero(canonical_, step);
   for (const bool max : {true, false}) {

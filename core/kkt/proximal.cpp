@@ -9,7 +9,7 @@ namespace ipminmax {
 const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluation, double share) {
   const Index n = canonical_.variables(), y = canonical_.y().begin;
   // Of variables and then of constraints; zero where it is not known.
-  Eigen::VectorXd &size = arrays_.known, &fill = arrays_.found;
+  Eigen::VectorXd &size = known_, &fill = found_;
   size.setZero(n + canonical_.constraints());
   const auto take = [&](Index i, Index j, double entry) {
     // What rows would give x by elimination has no bound where Max has no room left.
@@ -38,8 +38,8 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
     if (canonical_.hessian()[k].col < y) largest_x = std::max(largest_x, entry);
   }
   for (Index i = 0; i < n; ++i)
-    arrays_.proximal[i] = share * (size[i] > 0.0 ? size[i] : i < y ? largest_x : largest);
-  return &arrays_.proximal;
+    proximal_[i] = share * (size[i] > 0.0 ? size[i] : i < y ? largest_x : largest);
+  return &proximal_;
 }
 
 }  // namespace ipminmax

@@ -9,9 +9,9 @@ namespace {
 
 /// Row of K_yy for every row of K, -1 for x and lambda_x.
 std::vector<Index> inner_rows(const KktBlock& full, const KktBlock& inner) {
-  std::vector<Index> rows(static_cast<std::size_t>(full.dimension()), -1);
+  std::vector<Index> rows(at(full.dimension()), -1);
   const auto set = [&](Index full_row, Index inner_row) {
-    if (full_row >= 0) rows[static_cast<std::size_t>(full_row)] = inner_row;
+    if (full_row >= 0) rows[at(full_row)] = inner_row;
   };
   for (Index i = inner.variables().begin; i < inner.variables().end; ++i) {
     set(full.row_of_variable(i), inner.row_of_variable(i));

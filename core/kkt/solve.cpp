@@ -129,9 +129,9 @@ void KktSystem::add_low_rank(KktBlock& block, std::span<double> solution) {
 
 bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   const auto size = static_cast<Eigen::Index>(reduced.size());
-  Eigen::VectorXd& rhs = arrays_.reduced_rhs;
-  Eigen::VectorXd& residual = arrays_.reduced_residual;
-  Eigen::VectorXd& product = arrays_.product;
+  Eigen::VectorXd& rhs = reduced_rhs_;
+  Eigen::VectorXd& residual = reduced_residual_;
+  Eigen::VectorXd& product = product_;
   rhs = Eigen::Map<const Eigen::VectorXd>(reduced.data(), size);
   residual = rhs;
   product.resize(size);
@@ -165,7 +165,7 @@ double KktSystem::slack_curvature(const KktBlock& block, const Regularization& s
 /// Slack s of constraint j: sign Sigma_s ds - dlambda_j = t_s.
 void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs) {
   const BarrierTerms& at_point = block.barrier_terms();
-  Eigen::VectorXd& t = arrays_.eliminated;
+  Eigen::VectorXd& t = eliminated_;
   t.setZero();
   for (const Index i : at_point.lower) t[i] = rhs.z_lower[i] / at_point.distance_lower[i];
   for (const Index i : at_point.upper) t[i] -= rhs.z_upper[i] / at_point.distance_upper[i];
@@ -173,7 +173,7 @@ void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const Ne
   const Index of_min = canonical_.y().begin - variables.begin, of_max = variables.size() - of_min;
   t.segment(variables.begin, of_min) += rhs.v.segment(variables.begin, of_min);
   t.tail(of_max) = rhs.v.tail(of_max) - t.tail(of_max);
-  Eigen::VectorXd& reduced = arrays_.reduced;
+  Eigen::VectorXd& reduced = reduced_;
   for (const auto& run : block.variable_runs()) {
     reduced.segment(run.row, run.size) = t.segment(run.first, run.size);
   }
@@ -192,16 +192,15 @@ void KktSystem::expand(KktBlock& block, const Regularization& shift, const Newto
                        Step& step) const {
   const BarrierTerms& at_point = block.barrier_terms();
   for (const auto& run : block.variable_runs()) {
-    step.v.segment(run.first, run.size) = arrays_.reduced.segment(run.row, run.size);
+    step.v.segment(run.first, run.size) = reduced_.segment(run.row, run.size);
   }
   for (const auto& run : block.constraint_runs()) {
-    step.lambda.segment(run.first, run.size) = arrays_.reduced.segment(run.row, run.size);
+    step.lambda.segment(run.first, run.size) = reduced_.segment(run.row, run.size);
   }
   const IndexRange variables = block.variables(), constraints = block.constraints();
   for (Index j = constraints.begin; j < constraints.end; ++j) {
     if (const Index slack = canonical_.slack_of(j); slack >= 0) {
-      step.v[slack] =
-          (arrays_.eliminated[slack] + step.lambda[j]) / slack_curvature(block, shift, slack);
+      step.v[slack] = (eliminated_[slack] + step.lambda[j]) / slack_curvature(block, shift, slack);
     }
   }
   step.z_lower.tail(variables.size()).setZero();
@@ -219,7 +218,7 @@ void KktSystem::expand(KktBlock& block, const Regularization& shift, const Newto
 bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
                               const NewtonResidual& rhs, Step& step, bool refined) {
   eliminate(block, shift, rhs);
-  const std::span<double> reduced(arrays_.reduced.data(), at(block.dimension()));
+  const std::span<double> reduced(reduced_.data(), at(block.dimension()));
   const auto in_lengths = [&] {
     if (!block.measures_copies()) return;
     for (Index row = 0; row < block.dimension(); ++row) reduced[at(row)] *= block.length(row);
@@ -238,10 +237,10 @@ bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
 
 void KktSystem::subtract_product(const KktBlock& block, const Regularization& shift,
                                  const Evaluation& evaluation, const Step& step,
-                                 NewtonResidual& residual) const {
+                                 NewtonResidual& residual) {
   const BarrierTerms& at_point = block.barrier_terms();
   block.subtract_product(evaluation, step.v, step.lambda, residual.v, residual.lambda);
-  Eigen::VectorXd& dz = arrays_.eliminated;
+  Eigen::VectorXd& dz = eliminated_;
   dz.setZero();
   for (const Index i : at_point.lower) {
     dz[i] = -step.z_lower[i];
@@ -292,9 +291,9 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   Sizes of_residual;
   double scale = 0.0;
   const auto residual_ratio = [&] {
-    own.copy(rhs, arrays_.residual);
-    subtract_product(block, shift, evaluation, step, arrays_.residual);
-    of_residual = own.sizes(arrays_.residual);
+    own.copy(rhs, residual_);
+    subtract_product(block, shift, evaluation, step, residual_);
+    of_residual = own.sizes(residual_);
     scale = std::min(own.sizes(step).all(), kLongestSolution * of_rhs.all()) + of_rhs.all();
     return scale > 0.0 ? of_residual.all() / scale : 0.0;
   };
@@ -312,9 +311,9 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();
     if (std::isfinite(ratio) && ratio > parameters::kLittle * last_ratio) {
-      const double more = own.best_multiple(arrays_.residual, arrays_.last_residual);
+      const double more = own.best_multiple(residual_, last_residual_);
       if (std::isfinite(more)) {
-        own.add(more, arrays_.correction, step);
+        own.add(more, correction_, step);
         ratio = residual_ratio();
       }
     }
@@ -327,9 +326,9 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
       return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
     }
     last_ratio = ratio;
-    own.copy_equations(arrays_.residual, arrays_.last_residual);
-    solve_reduced(block, shift, arrays_.residual, arrays_.correction);
-    own.add(1.0, arrays_.correction, step);
+    own.copy_equations(residual_, last_residual_);
+    solve_reduced(block, shift, residual_, correction_);
+    own.add(1.0, correction_, step);
   }
 }
 

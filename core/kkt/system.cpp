@@ -22,23 +22,22 @@ std::shared_ptr<const KktPattern> pattern_of(KktPattern::Which which,
 
 KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& options,
                      Counts& counts, Timing& timing, TimeLimit* limit, const KeptKkt& kept)
-    : canonical_(canonical),
+    : Kept(kept.arrays),
+      canonical_(canonical),
       options_(options),
       counts_(counts),
       timing_(timing),
       limit_(limit),
       layout_(canonical),
-      arrays_(kept.arrays != nullptr ? *kept.arrays : own_.emplace()),
       full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept.analysis), canonical,
-            &arrays_.full),
+            &full_arrays_),
       inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept.analysis), canonical,
-             &arrays_.inner) {
-  arrays_.reduced.setZero(layout_.dimension());
-  arrays_.eliminated.setZero(canonical.variables());
-  arrays_.proximal = arrays_.eliminated;
-  arrays_.known = arrays_.found =
-      Eigen::VectorXd::Zero(canonical.variables() + canonical.constraints());
-  for (Step* step : {&arrays_.residual, &arrays_.last_residual, &arrays_.correction}) {
+             &inner_arrays_) {
+  reduced_.setZero(layout_.dimension());
+  eliminated_.setZero(canonical.variables());
+  proximal_ = eliminated_;
+  known_ = found_ = Eigen::VectorXd::Zero(canonical.variables() + canonical.constraints());
+  for (Step* step : {&residual_, &last_residual_, &correction_}) {
     set_zero(canonical, *step);
   }
 }

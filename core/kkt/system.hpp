@@ -34,19 +34,18 @@ struct KktAnalysis {
 
 /// What a KktSystem works with, kept from one to the next.
 struct KktArrays {
-  KktBlockArrays full, inner;
-  Eigen::VectorXd reduced;     ///< right-hand side and solution in the rows of a block
-  Eigen::VectorXd eliminated;  ///< bound multipliers' part of the variables' rows
+  KktBlockArrays full_arrays_, inner_arrays_;
+  Eigen::VectorXd reduced_;     ///< right-hand side and solution in the rows of a block
+  Eigen::VectorXd eliminated_;  ///< bound multipliers' part of the variables' rows
   // Refinement
-  NewtonResidual residual, last_residual;
-  Step correction;
+  NewtonResidual residual_, last_residual_;
+  Step correction_;
   // The same against the assembled matrix, in its rows
-  Eigen::VectorXd reduced_rhs, reduced_residual, product;
-  Eigen::VectorXd proximal, known, found;  ///< of proximal_curvature
+  Eigen::VectorXd reduced_rhs_, reduced_residual_, product_;
+  Eigen::VectorXd proximal_, known_, found_;  ///< of proximal_curvature
   // Least-squares multipliers
-  Eigen::VectorXd multiplier_diagonal;
-  NewtonResidual gradient;
-  Step multipliers;
+  NewtonResidual gradient_;
+  Step multipliers_;
 };
 
 /// What of a solution is accurate enough for its use, where the options' residual_ratio_max asks
@@ -66,14 +65,11 @@ struct KeptKkt {
 };
 
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
-class KktSystem {
+class KktSystem : Kept<KktArrays> {
  public:
   /// limit: told when a factorization is refused; null for none.
   KktSystem(const CanonicalProblem& canonical, const SolverOptions& options, Counts& counts,
             Timing& timing, TimeLimit* limit = nullptr, const KeptKkt& kept = {});
-  KktSystem(const KktSystem&) = delete;
-  KktSystem& operator=(const KktSystem&) = delete;
-
   [[nodiscard]] const KktLayout& layout() const { return layout_; }
 
   /// Orderings and symbolic factorizations; false: out of memory. kept: those of a problem of the
@@ -256,8 +252,7 @@ class KktSystem {
                            const Evaluation& evaluation, const NewtonResidual& rhs, Step& step,
                            const Accuracy& accuracy);
   void subtract_product(const KktBlock& block, const Regularization& shift,
-                        const Evaluation& evaluation, const Step& step,
-                        NewtonResidual& residual) const;
+                        const Evaluation& evaluation, const Step& step, NewtonResidual& residual);
 
   const CanonicalProblem& canonical_;
   const SolverOptions& options_;
@@ -267,8 +262,6 @@ class KktSystem {
   Index allowed_ = std::numeric_limits<Index>::max();  ///< factorizations, all together
   FactorizationCause cause_ = FactorizationCause::Step;
   KktLayout layout_;
-  std::optional<KktArrays> own_;
-  KktArrays& arrays_;
   KktBlock full_, inner_;
   std::unique_ptr<KktSchur> schur_;          ///< null: K is factorized as a whole
   bool at_once_ = false;                     ///< K and K_yy can be factorized at the same time

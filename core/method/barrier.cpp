@@ -176,10 +176,8 @@ AdaptiveBarrier::AdaptiveBarrier(const SolverOptions& options, double lowest, do
       largest_(
           std::max({options.mu_max > 0.0 ? options.mu_max : options.mu_max_fact * first_average,
                     lowest, least_free})) {
-  residuals_.reserve(static_cast<std::size_t>(
-                         std::min(options.adaptive_mu_kkterror_red_iters, parameters::kRoom)) +
-                     1);
-  filter_.reserve(static_cast<std::size_t>(std::min(options.max_iter, parameters::kRoom)));
+  residuals_.reserve(at(std::min(options.adaptive_mu_kkterror_red_iters, parameters::kRoom)) + 1);
+  filter_.reserve(at(std::min(options.max_iter, parameters::kRoom)));
 }
 
 void AdaptiveBarrier::reset() {
@@ -191,8 +189,7 @@ void AdaptiveBarrier::reset() {
 bool AdaptiveBarrier::progress(const BarrierState& now) const {
   switch (options_.adaptive_mu_globalization) {
     case AdaptiveGlobalization::KktError:
-      return residuals_.size() <
-                 static_cast<std::size_t>(options_.adaptive_mu_kkterror_red_iters) ||
+      return residuals_.size() < at(options_.adaptive_mu_kkterror_red_iters) ||
              std::ranges::any_of(residuals_, [&](double earlier) {
                return now.residual <= options_.adaptive_mu_kkterror_red_fact * earlier;
              });
@@ -211,7 +208,7 @@ bool AdaptiveBarrier::progress(const BarrierState& now) const {
 void AdaptiveBarrier::remember(const BarrierState& now) {
   if (options_.adaptive_mu_globalization == AdaptiveGlobalization::KktError) {
     residuals_.push_back(now.residual);
-    while (residuals_.size() > static_cast<std::size_t>(options_.adaptive_mu_kkterror_red_iters)) {
+    while (residuals_.size() > at(options_.adaptive_mu_kkterror_red_iters)) {
       residuals_.erase(residuals_.begin());
     }
   } else if (options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {

@@ -11,7 +11,7 @@ StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRe
                                     Point& to) {
   const KktSystem::Counting counting(kkt_, FactorizationCause::Curvature);
   Run run{.here = &from, .to = to, .mu = mu};
-  arrays_.filter.reset();
+  filter_.reset();
   run.report.kind = StepKind::Escape;
   const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
   if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};

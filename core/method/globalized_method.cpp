@@ -10,7 +10,8 @@ namespace ipminmax {
 
 GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restorer,
                                    const Point& first, GlobalizedArrays& arrays)
-    : canonical_(context.canonical),
+    : Kept(&arrays),
+      canonical_(context.canonical),
       kkt_(context.kkt),
       correction_(context.correction),
       options_(context.options),
@@ -18,18 +19,16 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
       budget_(context.budget),
       restorer_(std::move(restorer)),
       patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
-      arrays_(arrays),
-      outer_(context, first, arrays.outer) {
-  arrays_.watchdog.begin_anew();
-  arrays_.filter.begin_anew(
-      static_cast<std::size_t>(std::min(options_.max_iter, parameters::kPlenty)));
-  arrays_.filter.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
-  if (!has_max()) arrays_.filter.minimize();
+      outer_(context, first, outer_arrays_) {
+  watchdog_.begin_anew();
+  filter_.begin_anew(at(std::min(options_.max_iter, parameters::kPlenty)));
+  filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
+  if (!has_max()) filter_.minimize();
 }
 
 void GlobalizedMethod::barrier_changed() {
-  arrays_.filter.reset();
-  arrays_.watchdog.end();
+  filter_.reset();
+  watchdog_.end();
   patience_.barrier_changed();
   least_residual_ = kInfinity;
   soft_steps_ = 0;
@@ -138,7 +137,7 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   run.unshifted_step = UnshiftedStep::Unknown;
   if (outcome == InnerMaximizer::Outcome::Maximum) {
     run.here = &run.to;
-    arrays_.filter.reset();
+    filter_.reset();
     patience_.watch_branch(estimate, outer_.merit(run.to, run.mu).phi);
     return true;
   }
@@ -220,7 +219,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
   run.report.kind = StepKind::Newton;
   inner_right_at_ = trial.evaluation.hessian_call;
   move_to_trial(run);
-  arrays_.filter.reset();
+  filter_.reset();
   return true;
 }
 
@@ -270,7 +269,7 @@ bool GlobalizedMethod::untested_step(Run& run, StepLength alpha) {
       continue;
     }
     move_to_trial(run);
-    arrays_.filter.reset();
+    filter_.reset();
     run.report.alpha_primal = alpha.primal;
     run.report.alpha_dual = alpha.dual;
     return true;

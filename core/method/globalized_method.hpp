@@ -48,15 +48,15 @@ struct Watchdog {
 
 /// What a GlobalizedMethod works with, kept from one to the next.
 struct GlobalizedArrays {
-  OuterArrays outer;
-  Filter filter;
-  Watchdog watchdog;
+  OuterArrays outer_arrays_;
+  Filter filter_;
+  Watchdog watchdog_;
 };
 
 /// The globalized method, docs/algorithm.md: the minimizer descends on phi(x), the local maximum
 /// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
 /// Without Max variables this is Ipopt's filter line search.
-class GlobalizedMethod final : public StepMethod {
+class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
  public:
   /// first: where the search begins.
   GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first,
@@ -123,7 +123,6 @@ class GlobalizedMethod final : public StepMethod {
   IterationBudget& budget_;
   Restorer restorer_;
   Patience patience_;
-  GlobalizedArrays& arrays_;
   OuterBlock outer_;
 
   /// Second derivatives of the point at which a fast step ended, by their number: K_yy is right

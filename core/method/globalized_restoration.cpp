@@ -18,15 +18,14 @@ bool GlobalizedMethod::restore(Run& run) {
   if (has_max() && !goes_on(run, patience_.set_back(Setback::Infeasible))) return false;
   // The violation that counts is that of both players: Max constraints are restored with Min's.
   const double start_theta = from.evaluation.c.lpNorm<1>();
-  arrays_.filter.add(outer_.estimate(from, run.mu));
+  filter_.add(outer_.estimate(from, run.mu));
   const auto acceptable = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
     const double theta = c.lpNorm<1>();
     // kappa_resto of [WB, 3.3]
     if (theta > parameters::kProgress * start_theta) return false;
     double f = 0.0;
     if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
-    return has_max() ||
-           arrays_.filter.acceptable({theta, barrier_objective(canonical_, v, f, run.mu)});
+    return has_max() || filter_.acceptable({theta, barrier_objective(canonical_, v, f, run.mu)});
   };
   const Index granted = budget_.left_to_restore();
   Index left = granted;

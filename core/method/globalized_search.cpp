@@ -39,14 +39,14 @@ bool GlobalizedMethod::outer_step(Run& run) {
   for (;;) {
     // A watchdog's full step may have led to where there is none.
     const bool found = find_outer_step(run);
-    const bool goes_back = !found && arrays_.watchdog.active && !limit_.expired();
+    const bool goes_back = !found && watchdog_.active && !limit_.expired();
     if (goes_back) return_to_watched(run);
     if (!found && !goes_back) {
       if (can_restore(*run.here) && !limit_.expired()) return restore(run);
       return fail(run, Status::InertiaCorrectionFailed,
                   "no shift of the Hessian gives the KKT matrix the expected inertia");
     }
-    const bool is_watched = !has_max() && (goes_back || arrays_.watchdog.is_due());
+    const bool is_watched = !has_max() && (goes_back || watchdog_.is_due());
     if (is_watched && !goes_back && watched_step(run)) return true;
     const int trials = !has_max()    ? parameters::kHalvings
                        : inner_exact ? parameters::kPatience
@@ -73,7 +73,7 @@ bool GlobalizedMethod::exact_inner_maximum(Run& run) {
   }
   move_to_trial(run);
   run.unshifted_step = UnshiftedStep::Unknown;
-  arrays_.filter.reset();
+  filter_.reset();
   return true;
 }
 
@@ -82,7 +82,7 @@ bool GlobalizedMethod::without_line_search(Run& run) {
   if (can_restore(*run.here)) return restore(run);
   if (has_max()) return leap(run);
   // Points of long ago may be all that rejects.
-  arrays_.filter.reset();
+  filter_.reset();
   if (search(run, parameters::kHalvings, false)) return true;
   const Eigen::VectorXd& c = run.here->evaluation.c;
   const bool exactly_feasible = max_norm(c) <= parameters::kSmall * options_.tol;
@@ -97,7 +97,7 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
                   .trials = trials,
                   .first_fails = first_fails};
   line.slope = outer_.slope(from, run.mu);
-  line.smallest = arrays_.filter.smallest_step(line.from, line.slope);
+  line.smallest = filter_.smallest_step(line.from, line.slope);
   last_slope_ = std::abs(line.slope);
   if (has_max()) {
     // phi is known along one branch of inner maxima only: no step far out of its neighbourhood.
@@ -105,14 +105,14 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
     line.longest.primal =
         std::min(line.longest.primal, longest / std::max(max_norm(outer_.step.v), longest));
   }
-  Block block{.owner = *this, .run = run, .bound = OuterBlock::Bound(arrays_.filter, line)};
-  const SearchEnd end = filter_search(block, arrays_.filter, line, limit_);
+  Block block{.owner = *this, .run = run, .bound = OuterBlock::Bound(filter_, line)};
+  const SearchEnd end = filter_search(block, filter_, line, limit_);
   if (!end.accepted) return false;
   accept(run);
   run.report.alpha_primal = end.alpha.primal;
   run.report.alpha_dual = end.alpha.dual;
   if (end.corrected) run.report.kind = StepKind::Corrected;
-  arrays_.watchdog.count(end.cuts > 0);
+  watchdog_.count(end.cuts > 0);
   soft_steps_ = 0;
   return true;
 }
@@ -121,7 +121,7 @@ void GlobalizedMethod::count_dominated(bool dominated) {
   if (has_max() || filter_resets_ >= outer::kFilterResets) return;
   dominated_steps_ = dominated ? dominated_steps_ + 1 : 0;
   if (dominated_steps_ < outer::kFilterResets) return;
-  arrays_.filter.reset();
+  filter_.reset();
   ++filter_resets_;
   dominated_steps_ = 0;
 }
@@ -129,7 +129,7 @@ void GlobalizedMethod::count_dominated(bool dominated) {
 /// False: an ordinary search is due, from the point and with the step that it went back to.
 bool GlobalizedMethod::watched_step(Run& run) {
   const Point& from = *run.here;
-  Watchdog& watchdog = arrays_.watchdog;
+  Watchdog& watchdog = watchdog_;
   if (!watchdog.active) {
     watchdog.point = from;
     watchdog.step = outer_.step;
@@ -144,8 +144,7 @@ bool GlobalizedMethod::watched_step(Run& run) {
   Block block{.owner = *this, .run = run};
   const Trial trial = block.evaluate(watchdog.slope, alpha);
   const bool defined = trial.usable && block.complete();
-  const auto verdict =
-      arrays_.filter.test(watchdog.from, watchdog.slope, watchdog.alpha, trial.merit);
+  const auto verdict = filter_.test(watchdog.from, watchdog.slope, watchdog.alpha, trial.merit);
   const bool improves = defined && Filter::accepted(verdict);
   // A full step to where the solve would end as diverging is nothing to wait for.
   const bool may_wait =
@@ -153,7 +152,7 @@ bool GlobalizedMethod::watched_step(Run& run) {
   // watchdog_trial_iter_max of [Ipopt]
   if (improves || (may_wait && ++watchdog.trials <= parameters::kEnough)) {
     if (improves) {
-      if (verdict == Filter::Verdict::Sufficient) arrays_.filter.add(watchdog.from);
+      if (verdict == Filter::Verdict::Sufficient) filter_.add(watchdog.from);
       watchdog.end();
     }
     accept(run);
@@ -168,7 +167,7 @@ bool GlobalizedMethod::watched_step(Run& run) {
 
 /// To the point where the watchdog began, and the step from there.
 void GlobalizedMethod::return_to_watched(Run& run) {
-  Watchdog& watchdog = arrays_.watchdog;
+  Watchdog& watchdog = watchdog_;
   watchdog.end();
   std::swap(run.to, watchdog.point);
   run.here = &run.to;

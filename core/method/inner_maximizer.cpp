@@ -21,26 +21,26 @@ double tail_norm(const Eigen::VectorXd& v, Index begin) {
 
 InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first,
                                InnerArrays& arrays)
-    : canonical_(context.canonical),
+    : Kept(&arrays),
+      canonical_(context.canonical),
       kkt_(context.kkt),
       correction_(context.correction),
       options_(context.options),
-      limit_(context.limit),
-      arrays_(arrays) {
+      limit_(context.limit) {
   const CanonicalProblem& canonical = canonical_;
-  arrays_.trial = first;
-  for (Step* step : {&arrays_.rhs, &arrays_.correction_step}) set_zero(canonical, *step);
-  arrays_.gradient = arrays_.start_v = arrays_.rhs.v;
-  arrays_.along = arrays_.rhs.v.tail(canonical_.variables() - canonical_.y().begin);
-  arrays_.corrected_c = arrays_.rhs.lambda;
-  arrays_.filter.begin_anew(static_cast<std::size_t>(inner::kSteps));
-  arrays_.robust_entries.clear();
+  trial_ = first;
+  for (Step* step : {&rhs_, &correction_step_}) set_zero(canonical, *step);
+  gradient_ = start_v_ = rhs_.v;
+  along_ = rhs_.v.tail(canonical_.variables() - canonical_.y().begin);
+  corrected_c_ = rhs_.lambda;
+  filter_.begin_anew(at(inner::kSteps));
+  robust_entries_.clear();
   if (canonical.robust_constraints().empty()) return;
   const auto jacobian = canonical.jacobian();
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
     const auto [row, col] = jacobian[k];
     if (canonical.owned_by_max(col) && canonical.min_constraints().contains(row)) {
-      arrays_.robust_entries.push_back(k);
+      robust_entries_.push_back(k);
     }
   }
 }
@@ -49,9 +49,8 @@ InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first,
 double InnerMaximizer::own_weight(Index robust, const Iterate& iterate) const {
   if (!canonical_.has_copies()) return 1.0;
   const Index slack = canonical_.slack_of(robust);
-  return canonical_.owners().is_served[static_cast<std::size_t>(slack)]
-             ? CanonicalProblem::weight_by(slack, iterate)
-             : 1.0;
+  return canonical_.owners().is_served[at(slack)] ? CanonicalProblem::weight_by(slack, iterate)
+                                                  : 1.0;
 }
 
 double InnerMaximizer::value(const Point& point, double mu) const {
@@ -65,10 +64,10 @@ double InnerMaximizer::value(const Point& point, double mu) const {
 }
 
 void InnerMaximizer::value_gradient(const Point& point, double mu) {
-  barrier_gradient(canonical_, point, mu, arrays_.gradient);
-  for (const std::size_t k : arrays_.robust_entries) {
+  barrier_gradient(canonical_, point, mu, gradient_);
+  for (const std::size_t k : robust_entries_) {
     const auto [row, col] = canonical_.jacobian()[k];
-    arrays_.gradient[col] +=
+    gradient_[col] +=
         point.iterate.lambda[row] / own_weight(row, point.iterate) * point.evaluation.jacobian[k];
   }
 }
@@ -95,19 +94,19 @@ bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDir
 }
 
 bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
-  newton_residual(canonical_, point, mu, arrays_.rhs);
+  newton_residual(canonical_, point, mu, rhs_);
   out.mu = mu;
   out.factors = kkt_.inner_factors();
   out.jacobian_call = point.evaluation.jacobian_call;
   out.hessian_call = point.evaluation.hessian_call;
-  if (!kkt_.solve_inner(out.factors, point.evaluation, arrays_.rhs, out.step)) return false;
+  if (!kkt_.solve_inner(out.factors, point.evaluation, rhs_, out.step)) return false;
   // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
   value_gradient(point, mu);
   const Index n = canonical_.variables() - canonical_.y().begin;
   const Index m = canonical_.max_constraints().size();
   out.gain =
       0.5 *
-      (arrays_.gradient.tail(n).dot(out.step.v.tail(n)) +
+      (gradient_.tail(n).dot(out.step.v.tail(n)) +
        (point.iterate.lambda.tail(m) + out.step.lambda.tail(m)).dot(point.evaluation.c.tail(m)));
   if (canonical_.has_copies()) divide_gain(point, out);
   return std::isfinite(out.gain) && std::isfinite(out.copies_gain);
@@ -117,7 +116,7 @@ bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
 void InnerMaximizer::divide_gain(const Point& point, InnerDirection& out) const {
   out.gain = out.copies_gain = 0.0;
   for (Index i = canonical_.y().begin; i < canonical_.variables(); ++i) {
-    const double gain = 0.5 * arrays_.gradient[i] * out.step.v[i];
+    const double gain = 0.5 * gradient_[i] * out.step.v[i];
     (canonical_.served_slack(i) >= 0 ? out.copies_gain : out.gain) += gain;
   }
   for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
@@ -163,8 +162,8 @@ struct InnerMaximizer::Block {
   const KktFactors& factors;
 
   [[nodiscard]] const Point& from() const { return point; }
-  [[nodiscard]] Point& trial() const { return owner.arrays_.trial; }
-  [[nodiscard]] Eigen::VectorXd& corrected_c() const { return owner.arrays_.corrected_c; }
+  [[nodiscard]] Point& trial() const { return owner.trial_; }
+  [[nodiscard]] Eigen::VectorXd& corrected_c() const { return owner.corrected_c_; }
 
   [[nodiscard]] Trial merit() const {
     Trial result;
@@ -176,10 +175,10 @@ struct InnerMaximizer::Block {
     return merit();
   }
   [[nodiscard]] std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
-    newton_residual(owner.canonical_, point, mu, owner.arrays_.rhs);
-    owner.arrays_.rhs.lambda = -c;
-    Step& corrected = owner.arrays_.correction_step;
-    if (!owner.kkt_.solve_inner(factors, point.evaluation, owner.arrays_.rhs, corrected))
+    newton_residual(owner.canonical_, point, mu, owner.rhs_);
+    owner.rhs_.lambda = -c;
+    Step& corrected = owner.correction_step_;
+    if (!owner.kkt_.solve_inner(factors, point.evaluation, owner.rhs_, corrected))
       return std::nullopt;
     const StepLength a = largest_step(owner.canonical_, point.iterate, corrected,
                                       boundary_fraction(mu, owner.options_));
@@ -195,7 +194,7 @@ struct InnerMaximizer::Block {
   }
 
   void set_trial(const Eigen::VectorXd& along, double length) const {
-    Step& d = owner.arrays_.correction_step;
+    Step& d = owner.correction_step_;
     set_zero(d);
     d.v.tail(along.size()) = length * along;
     owner.move(point, d, largest_step(owner.canonical_, point.iterate, d, parameters::kProgress),
@@ -220,43 +219,42 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
       .trials = std::numeric_limits<int>::max()};
   if (length > longest) line.longest.primal = std::min(line.longest.primal, longest / length);
   const Index n = canonical_.variables() - canonical_.y().begin;
-  line.slope = -arrays_.gradient.tail(n).dot(d.v.tail(n));
-  line.smallest =
-      std::max(arrays_.filter.smallest_step(line.from, line.slope), parameters::kConstant);
-  arrays_.trial.evaluation = point.evaluation;
+  line.slope = -gradient_.tail(n).dot(d.v.tail(n));
+  line.smallest = std::max(filter_.smallest_step(line.from, line.slope), parameters::kConstant);
+  trial_.evaluation = point.evaluation;
   Block block{.owner = *this, .point = point, .mu = mu, .step = d, .factors = direction.factors};
-  if (!filter_search(block, arrays_.filter, line, limit_).accepted) return false;
-  std::swap(point, arrays_.trial);
+  if (!filter_search(block, filter_, line, limit_).accepted) return false;
+  std::swap(point, trial_);
   canonical_.keep_distances(point.iterate, mu);
   return true;
 }
 
 bool InnerMaximizer::escape(Point& point, double mu, const KktFactors& factors) {
   const InverseIteration how{.variables = {canonical_.y().begin, canonical_.variables()}};
-  return turn_to_curvature(how, arrays_.rhs, arrays_.correction_step,
+  return turn_to_curvature(how, rhs_, correction_step_,
                            [&](const NewtonResidual& rhs, Step& step) {
                              return kkt_.solve_inner(factors, point.evaluation, rhs, step);
                            }) &&
-         leave(point, mu, arrays_.rhs.v);
+         leave(point, mu, rhs_.v);
 }
 
 bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direction) {
   const Index n = canonical_.variables() - canonical_.y().begin;
-  arrays_.along = direction.tail(n);
-  arrays_.along.normalize();
+  along_ = direction.tail(n);
+  along_.normalize();
   value_gradient(point, mu);
-  if (arrays_.gradient.tail(n).dot(arrays_.along) < 0.0) arrays_.along = -arrays_.along;
+  if (gradient_.tail(n).dot(along_) < 0.0) along_ = -along_;
   const CurvatureMove move{.from = merit(point, mu),
                            .size = 1.0 + tail_norm(point.iterate.v, canonical_.y().begin)};
-  arrays_.trial.evaluation = point.evaluation;
+  trial_.evaluation = point.evaluation;
   Block block{.owner = *this,
               .point = point,
               .mu = mu,
-              .step = arrays_.correction_step,
+              .step = correction_step_,
               .factors = kkt_.inner_factors()};
-  if (!move_along_curvature(block, move, arrays_.along, limit_)) return false;
-  std::swap(point, arrays_.trial);
-  arrays_.filter.reset();
+  if (!move_along_curvature(block, move, along_, limit_)) return false;
+  std::swap(point, trial_);
+  filter_.reset();
   return true;
 }
 
@@ -269,11 +267,11 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
                                                  int max_steps, double upper_bound,
                                                  InnerDirection& out) {
   const KktSystem::Counting counting(kkt_, FactorizationCause::InnerAscent);
-  arrays_.filter.reset();
-  arrays_.filter.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
-  arrays_.start_v = point.iterate.v;
+  filter_.reset();
+  filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
+  start_v_ = point.iterate.v;
   const Index n = canonical_.variables() - canonical_.y().begin;
-  const double start_norm = tail_norm(arrays_.start_v, canonical_.y().begin);
+  const double start_norm = tail_norm(start_v_, canonical_.y().begin);
   int far_shifted_steps = 0;
   for (int k = 0;; ++k) {
     const bool known = k == 0 && out.mu == mu && is_known(out, point);
@@ -288,7 +286,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
         barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
       return Outcome::AboveBound;
     }
-    const double moved = (point.iterate.v - arrays_.start_v).tail(n).lpNorm<Eigen::Infinity>();
+    const double moved = (point.iterate.v - start_v_).tail(n).lpNorm<Eigen::Infinity>();
     const bool shifted = !in_sight || out.shift.proximal_y;
     if (shifted && moved > parameters::kLongStep * (1.0 + start_norm) &&
         ++far_shifted_steps > parameters::kEnough) {

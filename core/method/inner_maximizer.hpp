@@ -5,6 +5,7 @@
 
 #include "core/method/filter.hpp"
 #include "core/method/step_method.hpp"
+#include "core/model/kept.hpp"
 #include "core/point/point.hpp"
 #include "core/point/step_length.hpp"
 
@@ -41,22 +42,22 @@ struct InnerDirection {
 
 /// What an InnerMaximizer works with, kept from one to the next.
 struct InnerArrays {
-  Filter filter;
-  Point trial;
-  NewtonResidual rhs;
-  Step correction_step;
-  Eigen::VectorXd gradient;                 ///< of the value
-  Eigen::VectorXd along;                    ///< direction of leave in y, s_y
-  std::vector<std::size_t> robust_entries;  ///< of the Jacobian: robust constraints in y
-  Eigen::VectorXd corrected_c;              ///< right-hand side of second-order corrections
-  Eigen::VectorXd start_v;                  ///< where maximize began
+  Filter filter_;
+  Point trial_;
+  NewtonResidual rhs_;
+  Step correction_step_;
+  Eigen::VectorXd gradient_;                 ///< of the value
+  Eigen::VectorXd along_;                    ///< direction of leave in y, s_y
+  std::vector<std::size_t> robust_entries_;  ///< of the Jacobian: robust constraints in y
+  Eigen::VectorXd corrected_c_;              ///< right-hand side of second-order corrections
+  Eigen::VectorXd start_v_;                  ///< where maximize began
 };
 
 /// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
 /// on (violation of the Max constraints, minus value), second-order correction. Robust constraints,
 /// which Max tries to violate, enter the value as lambda_r' c_r with lambda_r held, so that a copy
 /// of y that belongs to one of them maximizes it whether Min satisfies it or not.
-class InnerMaximizer {
+class InnerMaximizer : Kept<InnerArrays> {
  public:
   /// first: where the search begins.
   InnerMaximizer(const MethodContext& context, const Point& first, InnerArrays& arrays);
@@ -114,7 +115,6 @@ class InnerMaximizer {
   InertiaCorrection& correction_;
   const SolverOptions& options_;
   TimeLimit& limit_;
-  InnerArrays& arrays_;
 };
 
 }  // namespace ipminmax

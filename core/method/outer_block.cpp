@@ -11,24 +11,17 @@
 namespace ipminmax {
 
 OuterBlock::OuterBlock(const MethodContext& context, const Point& first, OuterArrays& arrays)
-    : inner(context, first, arrays.inner),
-      trial(arrays.trial),
-      direction(arrays.direction),
-      trial_direction(arrays.trial_direction),
-      rhs(arrays.rhs),
-      step(arrays.step),
-      corrected(arrays.corrected),
-      corrected_c(arrays.corrected_c),
+    : Kept(&arrays),
+      inner(context, first, inner_arrays),
       canonical_(context.canonical),
       kkt_(context.kkt),
       correction_(context.correction),
-      options_(context.options),
-      arrays_(arrays) {
+      options_(context.options) {
   trial = first;
   for (Step* zero : {&rhs, &step, &corrected}) set_zero(canonical_, *zero);
   direction.clear(canonical_);
   trial_direction.clear(canonical_);
-  arrays_.gradient = rhs.v;
+  gradient_ = rhs.v;
   corrected_c = rhs.lambda;
 }
 
@@ -73,14 +66,14 @@ StepLength OuterBlock::longest_step(const Point& point, double mu) const {
 
 double OuterBlock::slope(const Point& point, double mu) {
   // d/dx of phi along d_x: grad_x f_b + W_xy d_Y + J_yx' (lambda_y + dlambda_Y).
-  barrier_gradient(canonical_, point, mu, arrays_.gradient);
+  barrier_gradient(canonical_, point, mu, gradient_);
   const Index y = canonical_.y().begin;
   if (has_max()) {
     const auto hessian = canonical_.hessian();
     for (std::size_t k = 0; k < hessian.size(); ++k) {
       const auto [row, col] = hessian[k];  // row >= col: row is the Max variable of a mixed entry
       if (row >= y && col < y && canonical_.served_slack(row) < 0) {
-        arrays_.gradient[col] += point.evaluation.hessian[k] * direction.step.v[row];
+        gradient_[col] += point.evaluation.hessian[k] * direction.step.v[row];
       }
     }
     const auto jacobian = canonical_.jacobian();
@@ -88,12 +81,12 @@ double OuterBlock::slope(const Point& point, double mu) {
       const auto [row, col] = jacobian[k];
       if (col < y && canonical_.max_constraints().contains(row) &&
           canonical_.slack_served_by_constraint(row) < 0) {
-        arrays_.gradient[col] +=
+        gradient_[col] +=
             point.evaluation.jacobian[k] * (point.iterate.lambda[row] + direction.step.lambda[row]);
       }
     }
   }
-  return arrays_.gradient.head(y).dot(step.v.head(y));
+  return gradient_.head(y).dot(step.v.head(y));
 }
 
 void OuterBlock::set_trial(const Point& from, const Step& along, StepLength alpha, double mu) {
@@ -160,7 +153,7 @@ Trial OuterBlock::return_to_constraints(const Point& from, double mu, Trial reac
   // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with the
   // matrix factorized at the point.
   set_zero(rhs);
-  arrays_.best = trial;
+  best_ = trial;
   for (int k = 0; k < parameters::escape::kConstraintSteps && reached.merit.theta > options_.tol;
        ++k) {
     rhs.lambda = -trial.evaluation.c;
@@ -169,16 +162,16 @@ Trial OuterBlock::return_to_constraints(const Point& from, double mu, Trial reac
     back.lambda.setZero();
     back.z_lower.setZero();
     back.z_upper.setZero();
-    arrays_.before = trial;
+    before_ = trial;
     const double alpha =
-        largest_step(canonical_, arrays_.before.iterate, back, parameters::kProgress).primal;
-    set_trial(arrays_.before, back, {.primal = alpha, .dual = 0.0}, mu);
+        largest_step(canonical_, before_.iterate, back, parameters::kProgress).primal;
+    set_trial(before_, back, {.primal = alpha, .dual = 0.0}, mu);
     const Trial next = evaluate_trial(mu, 1.0, 1.0, {});
     if (!next.usable || !(next.merit.theta < reached.merit.theta)) break;
     reached = next;
-    arrays_.best = trial;
+    best_ = trial;
   }
-  std::swap(trial, arrays_.best);
+  std::swap(trial, best_);
   return reached;
 }
 

@@ -15,19 +15,22 @@ namespace ipminmax {
 
 /// What an OuterBlock works with, kept from one to the next.
 struct OuterArrays {
-  InnerArrays inner;
+  InnerArrays inner_arrays;
   Point trial;
-  InnerDirection direction, trial_direction;
+  InnerDirection direction;        ///< inner Newton step at the current point
+  InnerDirection trial_direction;  ///< at the trial point
   NewtonResidual rhs;
-  Step step, corrected;
-  Eigen::VectorXd corrected_c, gradient;
-  Point before, best;  ///< on the way back to the constraints
+  Step step;
+  Step corrected;               ///< another step, of corrections and escapes
+  Eigen::VectorXd corrected_c;  ///< right-hand side of second-order corrections
+  Eigen::VectorXd gradient_;
+  Point before_, best_;  ///< on the way back to the constraints
 };
 
 /// The minimizer's side of the globalized method: the Newton step through K, and phi(x), estimated
 /// by the barrier value plus the predicted gain of the inner Newton step, along it. Without Max
 /// variables phi is the barrier objective.
-class OuterBlock {
+class OuterBlock : public Kept<OuterArrays> {
  public:
   /// The largest merit phi worth looking at where the violation is theta.
   class Bound {
@@ -92,21 +95,13 @@ class OuterBlock {
   [[nodiscard]] Trial return_to_constraints(const Point& from, double mu, Trial reached);
 
   InnerMaximizer inner;
-  Point& trial;
-  InnerDirection& direction;        ///< inner Newton step at the current point
-  InnerDirection& trial_direction;  ///< at the trial point
-  KktFactors factors;               ///< of K
-  NewtonResidual& rhs;
-  Step& step;
-  Step& corrected;               ///< another step, of corrections and escapes
-  Eigen::VectorXd& corrected_c;  ///< right-hand side of second-order corrections
+  KktFactors factors;  ///< of K
 
  private:
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
-  OuterArrays& arrays_;
 };
 
 }  // namespace ipminmax

@@ -24,17 +24,17 @@ bool CanonicalProblem::load(const Eigen::VectorXd& v) {
   Index bad = -1;
   const auto copy = [&](IndexRange range) {
     for (Index i = range.begin; i < range.end; ++i) {
-      const double value = v[i] / arrays_.col_scale[at(i)];
+      const double value = v[i] / variable_scale(i);
       if (!std::isfinite(value)) bad = i;
-      double& target = arrays_.model_v[at(arrays_.map.model_variable[at(i)])];
+      double& target = model_v_[at(model_variable(i))];
       if (target != value) {
         target = value;
         new_point_ = true;
       }
     }
   };
-  copy(arrays_.map.x);
-  copy(arrays_.map.y);
+  copy(map_.x);
+  copy(map_.y);
   if (bad >= 0) evaluation_failure_ = {.function = "the point tried", .col = bad};
   return bad < 0;
 }
@@ -43,9 +43,7 @@ std::string CanonicalProblem::evaluation_error() const {
   const EvaluationFailure& failure = evaluation_failure_;
   std::string text(failure.function);
   if (failure.status == EvaluationStatus::Undefined) return text + " is undefined";
-  const auto name = [&](Index variable) {
-    return variable_name(arrays_.map.model_variable[at(variable)]);
-  };
+  const auto name = [&](Index variable) { return variable_name(model_variable(variable)); };
   if (failure.row >= 0 && failure.col >= 0) text += " of " + row_name(failure.row);
   text += " is NaN or infinite";
   if (failure.col >= 0) {
@@ -115,10 +113,10 @@ EvaluationStatus CanonicalProblem::quasi_newton(const Eigen::VectorXd& v,
 EvaluationStatus CanonicalProblem::objective_here(double& f) {
   ++counts_.objective;
   double value = 0.0;
-  if (!ask([&] { return problem_.objective(arrays_.model_v, take_new_point(), value); }))
+  if (!ask([&] { return problem_.objective(model_v_, take_new_point(), value); }))
     return undefined("the objective");
   if (!std::isfinite(value)) return not_finite({.function = "the objective"});
-  arrays_.objective_point = arrays_.model_v;
+  objective_point_ = model_v_;
   objective_value_ = value;
   f = objective_scale_ * value;
   return EvaluationStatus::Ok;
@@ -126,26 +124,24 @@ EvaluationStatus CanonicalProblem::objective_here(double& f) {
 
 EvaluationStatus CanonicalProblem::constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
   if (constraints() == 0) return EvaluationStatus::Ok;
-  if (!arrays_.model_g.empty()) {  // else all rows fix a variable
+  if (!model_g_.empty()) {  // else all rows fix a variable
     ++counts_.constraints;
-    arrays_.constraints_point.clear();
-    if (!ask([&] {
-          return problem_.constraints(arrays_.model_v, take_new_point(), arrays_.model_g);
-        })) {
+    constraints_point_.clear();
+    if (!ask([&] { return problem_.constraints(model_v_, take_new_point(), model_g_); })) {
       return undefined("the vector of constraints");
     }
   }
   for (Index j = 0; j < constraints(); ++j) {
-    const Index fixed = arrays_.map.fixing_variable[at(j)];
-    const double value = fixed >= 0 ? v[fixed] / arrays_.col_scale[at(fixed)]
-                                    : arrays_.model_g[at(arrays_.map.model_constraint[at(j)])];
+    const Index fixed = map_.fixing_variable[at(j)];
+    const double value =
+        fixed >= 0 ? v[fixed] / variable_scale(fixed) : model_g_[at(model_constraint(j))];
     if (!std::isfinite(value)) return not_finite({.function = "the constraint function", .row = j});
-    const Index slack = arrays_.map.slack_of_constraint[at(j)];
-    c[j] = arrays_.row_scale[at(j)] * value - (slack >= 0 ? v[slack] : arrays_.right_hand_side[j]);
+    const Index slack = slack_of(j);
+    c[j] = constraint_scale(j) * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
   }
-  if (!arrays_.model_g.empty()) {
-    arrays_.constraints_point = arrays_.model_v;
-    arrays_.constraint_values = arrays_.model_g;
+  if (!model_g_.empty()) {
+    constraints_point_ = model_v_;
+    constraint_values_ = model_g_;
   }
   return EvaluationStatus::Ok;
 }
@@ -153,45 +149,40 @@ EvaluationStatus CanonicalProblem::constraints_here(const Eigen::VectorXd& v, Ei
 EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation) {
   evaluation.jacobian_call = 0;
   ++counts_.gradient;
-  if (!ask([&] {
-        return problem_.gradient(arrays_.model_v, take_new_point(), arrays_.model_gradient);
-      })) {
+  if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
     return undefined("the gradient of the objective");
   }
   for (Index i = 0; i < variables(); ++i) {
-    const Index model = arrays_.map.model_variable[at(i)];
+    const Index model = model_variable(i);
     if (model < 0) {
       evaluation.gradient[i] = 0.0;
       continue;
     }
-    const double value = arrays_.model_gradient[at(model)];
+    const double value = model_gradient_[at(model)];
     if (!std::isfinite(value)) {
       return not_finite({.function = "the gradient of the objective", .col = i});
     }
-    evaluation.gradient[i] = objective_scale_ * value / arrays_.col_scale[at(i)];
+    evaluation.gradient[i] = objective_scale_ * value / variable_scale(i);
   }
   if (constraints() == 0) {
     evaluation.jacobian_call = ++derivative_calls_;
     return EvaluationStatus::Ok;
   }
-  if (!arrays_.model_g.empty()) {
+  if (!model_g_.empty()) {
     ++counts_.jacobian;
-    if (!ask([&] {
-          return problem_.jacobian(arrays_.model_v, take_new_point(), arrays_.model_jacobian);
-        })) {
+    if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
       return undefined("the Jacobian of the constraints");
     }
   }
-  const Index* source = arrays_.map.jacobian_source.data();
-  const double* given = arrays_.model_jacobian.data();
-  const double* scale = arrays_.jacobian_scale.data();
+  const Index* source = map_.jacobian_source.data();
+  const double* given = model_jacobian_.data();
+  const double* scale = jacobian_scale_.data();
   double* jacobian = evaluation.jacobian.data();
-  for (std::size_t k = 0; k < arrays_.map.jacobian.size(); ++k) {
+  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
     const double value = source[k] >= 0 ? given[source[k]] : 1.0;
     if (!(std::abs(value) <= kLargest)) {
-      return not_finite({.function = "the Jacobian",
-                         .row = arrays_.map.jacobian[k].row,
-                         .col = arrays_.map.jacobian[k].col});
+      return not_finite(
+          {.function = "the Jacobian", .row = map_.jacobian[k].row, .col = map_.jacobian[k].col});
     }
     jacobian[k] = scale[k] * value;
   }
@@ -206,27 +197,26 @@ EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd
   if (!load_multipliers(lambda)) return EvaluationStatus::Undefined;
   ++counts_.hessian;
   if (!ask([&] {
-        return problem_.hessian(arrays_.model_v, take_new_point(),
-                                objective_factor * objective_scale_, arrays_.model_lambda, true,
-                                arrays_.model_hessian);
+        return problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
+                                model_lambda_, true, model_hessian_);
       })) {
     return undefined("the Hessian of the Lagrangian");
   }
-  const Index* source = arrays_.map.hessian_source.data();
-  const double* given = arrays_.model_hessian.data();
+  const Index* source = map_.hessian_source.data();
+  const double* given = model_hessian_.data();
   double* hessian = evaluation.hessian.data();
-  const std::size_t entries = arrays_.map.hessian.size();
+  const std::size_t entries = map_.hessian.size();
   for (std::size_t k = 0; k < entries; ++k) {
     const double value = given[source[k]];
     if (!(std::abs(value) <= kLargest)) {
       return not_finite({.function = "the Hessian of the Lagrangian",
-                         .col = arrays_.map.hessian[k].row,
-                         .other_col = arrays_.map.hessian[k].col});
+                         .col = map_.hessian[k].row,
+                         .other_col = map_.hessian[k].col});
     }
     hessian[k] = value;
   }
-  if (!arrays_.hessian_scale.empty()) {
-    for (std::size_t k = 0; k < entries; ++k) hessian[k] *= arrays_.hessian_scale[k];
+  if (!hessian_scale_.empty()) {
+    for (std::size_t k = 0; k < entries; ++k) hessian[k] *= hessian_scale_[k];
   }
   evaluation.hessian_call = ++derivative_calls_;
   return EvaluationStatus::Ok;
@@ -235,10 +225,10 @@ EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd
 bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
   Index bad = -1;
   for (Index j = 0; j < constraints(); ++j) {
-    const Index model = arrays_.map.model_constraint[at(j)];
+    const Index model = model_constraint(j);
     if (model < 0) continue;
-    arrays_.model_lambda[at(model)] = arrays_.row_scale[at(j)] * lambda[j];
-    if (!std::isfinite(arrays_.model_lambda[at(model)])) bad = j;
+    model_lambda_[at(model)] = constraint_scale(j) * lambda[j];
+    if (!std::isfinite(model_lambda_[at(model)])) bad = j;
   }
   if (bad >= 0) evaluation_failure_ = {.function = "the multiplier", .row = bad};
   return bad < 0;
@@ -247,22 +237,21 @@ bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
 std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::VectorXd& v,
                                                                const Eigen::VectorXd& lambda) {
   const ScopedTimer timer(timing_.evaluations);
-  std::vector<double>& rows = arrays_.model_errors;
-  rows.assign(arrays_.model_v.size(), 0.0);
+  std::vector<double>& rows = model_errors_;
+  rows.assign(model_v_.size(), 0.0);
   if (!load(v) || !load_multipliers(lambda)) {
     return Eigen::VectorXd::Constant(variables(), kInfinity);
   }
   if (!ask([&] {
-        return problem_.hessian_errors(arrays_.model_v, objective_scale_, arrays_.model_lambda,
-                                       rows);
+        return problem_.hessian_errors(model_v_, objective_scale_, model_lambda_, rows);
       })) {
     return std::nullopt;
   }
   // |d'Ed| <= sum |E_ij| (d_i^2 + d_j^2)/2: the row sums of |E| bound E, and scale as its diagonal.
   Eigen::VectorXd error = Eigen::VectorXd::Zero(variables());
   for (Index i = 0; i < variables(); ++i) {
-    if (const Index model = arrays_.map.model_variable[at(i)]; model >= 0) {
-      error[i] = rows[at(model)] / (arrays_.col_scale[at(i)] * arrays_.col_scale[at(i)]);
+    if (const Index model = model_variable(i); model >= 0) {
+      error[i] = rows[at(model)] / (variable_scale(i) * variable_scale(i));
     }
   }
   return error;

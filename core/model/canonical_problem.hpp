@@ -11,12 +11,14 @@
 #include <Eigen/Core>
 
 #include "core/model/iterate.hpp"
+#include "core/model/kept.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/quasi_newton.hpp"
 #include "core/model/variable_map.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -37,23 +39,23 @@ struct GradientScaling {
 
 /// What a CanonicalProblem holds, kept from one to the next.
 struct CanonicalArrays {
-  VariableMap map;
-  std::vector<Index> lower_bounded, upper_bounded;
-  Eigen::VectorXd lower, upper, damping;
+  VariableMap map_;
+  std::vector<Index> lower_bounded_, upper_bounded_;
+  Eigen::VectorXd lower_, upper_, damping_;
   /// By how much keep_distances has moved the bounds: too little to be added to large ones.
-  Eigen::VectorXd room_below, room_above;
-  Eigen::VectorXd right_hand_side;                    ///< of equalities, scaled; 0 for inequalities
-  std::vector<double> jacobian_scale, hessian_scale;  ///< hessian_scale empty: all one
-  std::vector<double> col_scale, row_scale;
+  Eigen::VectorXd room_below_, room_above_;
+  Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
+  std::vector<double> jacobian_scale_, hessian_scale_;  ///< hessian_scale empty: all one
+  std::vector<double> col_scale_, row_scale_;
   struct {
     std::vector<double> v, lambda, z_lower, z_upper;
-  } model_start;  ///< as the model gave it
-  Iterate start;
+  } model_start_;  ///< as the model gave it
+  Iterate start_;
   // In the model's shapes
-  std::vector<double> model_v, model_g, model_gradient, model_lambda;
-  std::vector<double> model_jacobian, model_hessian, model_errors;
-  std::vector<double> objective_point;  ///< of the model, where its objective was last asked for
-  std::vector<double> constraints_point, constraint_values;  ///< the same for the constraints
+  std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;
+  std::vector<double> model_jacobian_, model_hessian_, model_errors_;
+  std::vector<double> objective_point_;  ///< of the model, where its objective was last asked for
+  std::vector<double> constraints_point_, constraint_values_;  ///< the same for the constraints
 };
 
 /// The problem that the method works on:
@@ -64,13 +66,11 @@ struct CanonicalArrays {
 /// (fixed_variable_treatment has alternatives), constraints without bounds too; every inequality
 /// g(v) in [l, u] has become g(v) - s = 0 with a slack s in [l, u] owned by the constraint's owner.
 /// Everything is scaled, bounds are relaxed by bound_relax_factor.
-class CanonicalProblem {
+class CanonicalProblem : Kept<CanonicalArrays> {
  public:
   /// arrays: of no other problem that is in use; null: its own.
   CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts, Timing& timing,
                    CanonicalArrays* arrays = nullptr);
-  CanonicalProblem(const CanonicalProblem&) = delete;
-  CanonicalProblem& operator=(const CanonicalProblem&) = delete;
 
   /// Checks the model and builds the canonical form. The error names what is wrong; the status
   /// that goes with it is error_status(). kept: the scaling of a problem of the same shape, to be
@@ -82,75 +82,71 @@ class CanonicalProblem {
   }
   [[nodiscard]] Status error_status() const { return error_status_; }
 
-  [[nodiscard]] Index variables() const { return arrays_.map.variables(); }
-  [[nodiscard]] Index constraints() const { return arrays_.map.constraints(); }
-  [[nodiscard]] IndexRange x() const { return arrays_.map.x; }  ///< Min variables of the model
-  [[nodiscard]] IndexRange x_slacks() const { return arrays_.map.x_slacks; }
-  [[nodiscard]] IndexRange y() const { return arrays_.map.y; }  ///< Max variables of the model
-  [[nodiscard]] IndexRange y_slacks() const { return arrays_.map.y_slacks; }
+  [[nodiscard]] Index variables() const { return map_.variables(); }
+  [[nodiscard]] Index constraints() const { return map_.constraints(); }
+  [[nodiscard]] IndexRange x() const { return map_.x; }  ///< Min variables of the model
+  [[nodiscard]] IndexRange x_slacks() const { return map_.x_slacks; }
+  [[nodiscard]] IndexRange y() const { return map_.y; }  ///< Max variables of the model
+  [[nodiscard]] IndexRange y_slacks() const { return map_.y_slacks; }
   /// Whether the model has no free variable: only slacks are left.
   [[nodiscard]] bool is_constant() const { return x().size() + y().size() == 0; }
-  [[nodiscard]] IndexRange min_constraints() const { return arrays_.map.min_constraints; }
-  [[nodiscard]] IndexRange max_constraints() const { return arrays_.map.max_constraints; }
-  [[nodiscard]] Index max_size() const {
-    return variables() - arrays_.map.y.begin;
-  }  ///< slacks included
+  [[nodiscard]] IndexRange min_constraints() const { return map_.min_constraints; }
+  [[nodiscard]] IndexRange max_constraints() const { return map_.max_constraints; }
+  [[nodiscard]] Index max_size() const { return variables() - map_.y.begin; }  ///< slacks included
   /// Whether the Max player has any bound or inequality.
   [[nodiscard]] bool has_max_bounds() const {
-    return (!arrays_.lower_bounded.empty() && owned_by_max(arrays_.lower_bounded.back())) ||
-           (!arrays_.upper_bounded.empty() && owned_by_max(arrays_.upper_bounded.back()));
+    return (!lower_bounded_.empty() && owned_by_max(lower_bounded_.back())) ||
+           (!upper_bounded_.empty() && owned_by_max(upper_bounded_.back()));
   }
-  [[nodiscard]] bool owned_by_max(Index variable) const {
-    return arrays_.map.owned_by_max(variable);
-  }
+  [[nodiscard]] bool owned_by_max(Index variable) const { return map_.owned_by_max(variable); }
   /// +1 for Min variables, -1 for Max: the sign of barrier terms and bound multipliers.
   [[nodiscard]] double sign(Index variable) const { return owned_by_max(variable) ? -1.0 : 1.0; }
 
-  [[nodiscard]] const Eigen::VectorXd& lower() const { return arrays_.lower; }
-  [[nodiscard]] const Eigen::VectorXd& upper() const { return arrays_.upper; }
+  [[nodiscard]] const Eigen::VectorXd& lower() const { return lower_; }
+  [[nodiscard]] const Eigen::VectorXd& upper() const { return upper_; }
   /// Distances of a value of variable i to its bounds, never zero for a value in the bounds or
   /// rounded out of them: the only place that subtracts bounds.
   [[nodiscard]] double above_lower(Index i, double value) const {
-    return safe_distance(value - arrays_.lower[i] + arrays_.room_below[i], arrays_.lower[i]);
+    return safe_distance(value - lower_[i] + room_below_[i], lower_[i]);
   }
   [[nodiscard]] double below_upper(Index i, double value) const {
-    return safe_distance(arrays_.upper[i] - value + arrays_.room_above[i], arrays_.upper[i]);
+    return safe_distance(upper_[i] - value + room_above_[i], upper_[i]);
   }
   /// Moves bounds that an iterate meets but for rounding so far away that the products with their
   /// multipliers are mu, slightly: Waechter and Biegler 2006, section 3.5, and Ipopt's slack_move.
   void keep_distances(const Iterate& iterate, double mu);
-  [[nodiscard]] std::span<const Index> lower_bounded() const { return arrays_.lower_bounded; }
-  [[nodiscard]] std::span<const Index> upper_bounded() const { return arrays_.upper_bounded; }
+  [[nodiscard]] std::span<const Index> lower_bounded() const { return lower_bounded_; }
+  [[nodiscard]] std::span<const Index> upper_bounded() const { return upper_bounded_; }
   /// Gradient, over mu, of the linear terms that keep variables with one bound from running away:
   /// sign kappa_d for a lower bound alone, -sign kappa_d for an upper one [WB, 3.7]; zero for
   /// Algorithm 1.
-  [[nodiscard]] const Eigen::VectorXd& damping() const { return arrays_.damping; }
+  [[nodiscard]] const Eigen::VectorXd& damping() const { return damping_; }
   /// Slack variable of a constraint, -1 for an equality; the same of all.
   [[nodiscard]] Index slack_of(Index constraint) const {
-    return arrays_.map.slack_of_constraint[static_cast<std::size_t>(constraint)];
+    return map_.slack_of_constraint[at(constraint)];
   }
   [[nodiscard]] std::span<const Index> slack_of_constraint() const {
-    return arrays_.map.slack_of_constraint;
+    return map_.slack_of_constraint;
   }
 
   /// Constraints of Min that read Max variables: they must hold for every y, so Max tries to
   /// violate them. Inequalities all; ascending.
   [[nodiscard]] std::span<const Index> robust_constraints() const {
-    return arrays_.map.robust_constraints;
+    return map_.robust_constraints;
   }
 
   /// Max variables and constraints that serve one robust constraint alone maximize it whatever its
   /// multiplier lambda_r is: L = f + sum over r of lambda_r (g_r + mu ln(distances of y_r)) - ...
   /// The products of their distances and bound multipliers go to weight mu, and their errors,
   /// lengths and shifts are those of max g_r, which are L's over weight = |lambda_r|.
-  [[nodiscard]] const RowOwners& owners() const { return arrays_.map.owners; }
+  [[nodiscard]] const RowOwners& owners() const { return map_.owners; }
   [[nodiscard]] bool has_copies() const { return !owners().slack_of_variable.empty(); }
   /// Slack of the robust constraint that a variable or a constraint serves, -1: none.
   [[nodiscard]] Index served_slack(Index variable) const {
-    return has_copies() ? owners().slack_of_variable[static_cast<std::size_t>(variable)] : -1;
+    return has_copies() ? owners().slack_of_variable[at(variable)] : -1;
   }
   [[nodiscard]] Index slack_served_by_constraint(Index constraint) const {
-    return has_copies() ? owners().slack_of_constraint[static_cast<std::size_t>(constraint)] : -1;
+    return has_copies() ? owners().slack_of_constraint[at(constraint)] : -1;
   }
   /// |lambda_r| by the slack's bound, 1 for no slack (-1).
   [[nodiscard]] static double weight_by(Index slack, const Iterate& iterate) {
@@ -166,16 +162,16 @@ class CanonicalProblem {
   }
   /// Of a constraint that copies serve.
   [[nodiscard]] Index constraint_of_slack(Index slack) const {
-    return owners().constraint_of_slack[static_cast<std::size_t>(slack)];
+    return owners().constraint_of_slack[at(slack)];
   }
 
   /// Patterns without the slacks' entries (which are -1): row = constraint, col = variable.
-  [[nodiscard]] std::span<const Triplet> jacobian() const { return arrays_.map.jacobian; }
-  [[nodiscard]] std::span<const Triplet> hessian() const { return arrays_.map.hessian; }
+  [[nodiscard]] std::span<const Triplet> jacobian() const { return map_.jacobian; }
+  [[nodiscard]] std::span<const Triplet> hessian() const { return map_.hessian; }
 
   /// The model's starting point, which is asked for once, pushed into the bounds; slacks at zero,
   /// multipliers zero or, for a warm start, those of the model.
-  [[nodiscard]] const Iterate& starting_point() const { return arrays_.start; }
+  [[nodiscard]] const Iterate& starting_point() const { return start_; }
   /// Sets the slacks from c evaluated with the slacks at zero.
   void start_slacks(Iterate& start, const Eigen::VectorXd& c) const;
 
@@ -203,7 +199,7 @@ class CanonicalProblem {
   /// The point in the model's variables, until the next evaluation.
   [[nodiscard]] std::span<const double> model_point(const Eigen::VectorXd& v) {
     static_cast<void>(load(v));
-    return arrays_.model_v;
+    return model_v_;
   }
   /// Names the function and entry of the last evaluation that was not Ok.
   [[nodiscard]] std::string evaluation_error() const;
@@ -228,21 +224,19 @@ class CanonicalProblem {
   [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
   /// Factor by which a canonical constraint was scaled.
   [[nodiscard]] double constraint_scale(Index constraint) const {
-    return arrays_.row_scale[static_cast<std::size_t>(constraint)];
+    return row_scale_[at(constraint)];
   }
   [[nodiscard]] double objective_scale() const { return objective_scale_; }
   /// Factor by which a canonical variable was scaled.
-  [[nodiscard]] double variable_scale(Index variable) const {
-    return arrays_.col_scale[static_cast<std::size_t>(variable)];
-  }
+  [[nodiscard]] double variable_scale(Index variable) const { return col_scale_[at(variable)]; }
 
   /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes
   /// a variable.
   [[nodiscard]] Index model_variable(Index variable) const {
-    return arrays_.map.model_variable[static_cast<std::size_t>(variable)];
+    return map_.model_variable[at(variable)];
   }
   [[nodiscard]] Index model_constraint(Index constraint) const {
-    return arrays_.map.model_constraint[static_cast<std::size_t>(constraint)];
+    return map_.model_constraint[at(constraint)];
   }
   /// Name of a model variable or constraint for messages.
   [[nodiscard]] std::string variable_name(Index model_variable) const;
@@ -302,8 +296,8 @@ class CanonicalProblem {
   [[nodiscard]] bool take_new_point();
   /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
   [[nodiscard]] double model_jacobian(std::size_t entry) const {
-    const Index source = arrays_.map.jacobian_source[entry];
-    return source >= 0 ? arrays_.model_jacobian[static_cast<std::size_t>(source)] : 1.0;
+    const Index source = map_.jacobian_source[entry];
+    return source >= 0 ? model_jacobian_[at(source)] : 1.0;
   }
   void restore_fixed_multipliers(Result& result);
   void restore_values(bool finite, Result& result);
@@ -333,8 +327,6 @@ class CanonicalProblem {
   Timing& timing_;
   Status error_status_ = Status::InvalidProblem;
 
-  std::optional<CanonicalArrays> own_;
-  CanonicalArrays& arrays_;
   double objective_scale_ = 1.0;
   std::optional<GradientScaling> gradient_scaling_;  ///< made here
   double objective_value_ = 0.0;

@@ -16,14 +16,14 @@ namespace ipminmax {
 void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
   const ProblemStructure& s = structure_;
   const bool finite = load(iterate.v);
-  result.v = arrays_.model_v;
+  result.v = model_v_;
   result.lambda.assign(s.constraint_players.size(), 0.0);
   result.z_lower.assign(s.variable_players.size(), 0.0);
   result.z_upper.assign(s.variable_players.size(), 0.0);
   for (Index i = 0; i < variables(); ++i) {
-    const Index model = arrays_.map.model_variable[at(i)];
+    const Index model = model_variable(i);
     if (model < 0) continue;
-    const double factor = sign(i) * arrays_.col_scale[at(i)] / objective_scale_;
+    const double factor = sign(i) * variable_scale(i) / objective_scale_;
     result.z_lower[at(model)] = factor * iterate.z_lower[i];
     result.z_upper[at(model)] = factor * iterate.z_upper[i];
     if (options_.honor_original_bounds) {
@@ -32,11 +32,11 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
     }
   }
   for (Index j = 0; j < constraints(); ++j) {
-    const double value = iterate.lambda[j] * arrays_.row_scale[at(j)] / objective_scale_;
-    if (const Index fixed = arrays_.map.fixing_variable[at(j)]; fixed >= 0) {
-      set_fixed_multiplier(arrays_.map.model_variable[at(fixed)], -value, result);
+    const double value = iterate.lambda[j] * constraint_scale(j) / objective_scale_;
+    if (const Index fixed = map_.fixing_variable[at(j)]; fixed >= 0) {
+      set_fixed_multiplier(model_variable(fixed), -value, result);
     } else {
-      result.lambda[at(arrays_.map.model_constraint[at(j)])] = value;
+      result.lambda[at(model_constraint(j))] = value;
     }
   }
   if (finite) restore_fixed_multipliers(result);
@@ -48,19 +48,19 @@ void CanonicalProblem::write_scaling(UserScaling& factors) const {
   factors.variables.assign(structure_.variable_players.size(), 1.0);
   factors.constraints.assign(structure_.constraint_players.size(), 1.0);
   for (Index i = 0; i < variables(); ++i) {
-    const Index model = arrays_.map.model_variable[at(i)];
-    if (model >= 0) factors.variables[at(model)] = arrays_.col_scale[at(i)];
+    const Index model = model_variable(i);
+    if (model >= 0) factors.variables[at(model)] = variable_scale(i);
   }
   for (Index j = 0; j < constraints(); ++j) {
-    const Index model = arrays_.map.model_constraint[at(j)];
-    if (model >= 0) factors.constraints[at(model)] = arrays_.row_scale[at(j)];
+    const Index model = model_constraint(j);
+    if (model >= 0) factors.constraints[at(model)] = constraint_scale(j);
   }
 }
 
 void CanonicalProblem::restore_values(bool finite, Result& result) {
   bool new_point = true;
   result.objective = kNaN;
-  if (result.v == arrays_.objective_point) {
+  if (result.v == objective_point_) {
     result.objective = objective_value_;
   } else if (finite) {
     ++counts_.objective;
@@ -72,8 +72,8 @@ void CanonicalProblem::restore_values(bool finite, Result& result) {
   }
   result.constraints.assign(structure_.constraint_players.size(), kNaN);
   if (result.constraints.empty()) return;
-  if (result.v == arrays_.constraints_point) {
-    result.constraints = arrays_.constraint_values;
+  if (result.v == constraints_point_) {
+    result.constraints = constraint_values_;
   } else if (finite) {
     ++counts_.constraints;
     if (!ask([&] { return problem_.constraints(result.v, new_point, result.constraints); })) {
@@ -84,13 +84,13 @@ void CanonicalProblem::restore_values(bool finite, Result& result) {
 }
 
 std::optional<Index> CanonicalProblem::violated_constant_constraint() const {
-  if (arrays_.constraint_values.empty()) return std::nullopt;
-  const std::vector<bool>& varies = arrays_.map.varies;
+  if (constraint_values_.empty()) return std::nullopt;
+  const std::vector<bool>& varies = map_.varies;
   for (std::size_t j = 0; j < varies.size(); ++j) {
-    if (varies[j] || arrays_.map.constraint_of_model[j] < 0) continue;
+    if (varies[j] || map_.constraint_of_model[j] < 0) continue;
     const double tolerance = options_.constr_viol_tol;
-    if (structure_.constraint_lower[j] - arrays_.constraint_values[j] > tolerance ||
-        arrays_.constraint_values[j] - structure_.constraint_upper[j] > tolerance) {
+    if (structure_.constraint_lower[j] - constraint_values_[j] > tolerance ||
+        constraint_values_[j] - structure_.constraint_upper[j] > tolerance) {
       return static_cast<Index>(j);
     }
   }
@@ -132,25 +132,23 @@ Index CanonicalProblem::most_violated_constraint(const Result& result) const {
 void CanonicalProblem::restore_fixed_multipliers(Result& result) {
   // A fixed variable's bounds balance grad f + J' lambda.
   if (options_.fixed_variable_treatment == FixedVariableTreatment::MakeParameterNodual) return;
-  const bool any_fixed =
-      std::any_of(arrays_.map.variable_of_model.begin(), arrays_.map.variable_of_model.end(),
-                  [](Index i) { return i < 0; });
+  const bool any_fixed = std::any_of(map_.variable_of_model.begin(), map_.variable_of_model.end(),
+                                     [](Index i) { return i < 0; });
   if (!any_fixed) return;
   ++counts_.gradient;
-  if (!ask([&] { return problem_.gradient(result.v, true, arrays_.model_gradient); })) return;
-  counts_.jacobian += arrays_.model_jacobian.empty() ? 0 : 1;
-  if (!arrays_.model_jacobian.empty() &&
-      !ask([&] { return problem_.jacobian(result.v, false, arrays_.model_jacobian); }))
+  if (!ask([&] { return problem_.gradient(result.v, true, model_gradient_); })) return;
+  counts_.jacobian += model_jacobian_.empty() ? 0 : 1;
+  if (!model_jacobian_.empty() &&
+      !ask([&] { return problem_.jacobian(result.v, false, model_jacobian_); }))
     return;
   for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
     const auto [row, col] = structure_.jacobian[k];
-    arrays_.model_gradient[at(col)] += arrays_.model_jacobian[k] * result.lambda[at(row)];
+    model_gradient_[at(col)] += model_jacobian_[k] * result.lambda[at(row)];
   }
-  for (std::size_t i = 0; i < arrays_.map.variable_of_model.size(); ++i) {
+  for (std::size_t i = 0; i < map_.variable_of_model.size(); ++i) {
     // Where the derivative does not exist there is no multiplier.
-    if (arrays_.map.variable_of_model[i] >= 0 || !std::isfinite(arrays_.model_gradient[i]))
-      continue;
-    set_fixed_multiplier(static_cast<Index>(i), arrays_.model_gradient[i], result);
+    if (map_.variable_of_model[i] >= 0 || !std::isfinite(model_gradient_[i])) continue;
+    set_fixed_multiplier(static_cast<Index>(i), model_gradient_[i], result);
   }
 }
 

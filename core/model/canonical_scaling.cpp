@@ -27,8 +27,8 @@ std::string CanonicalProblem::user_scaling() {
   const auto fits = [](const std::vector<double>& factors, std::size_t size) {
     return factors.empty() || factors.size() == size;
   };
-  if (!fits(scaling.variables, arrays_.map.variable_of_model.size()) ||
-      !fits(scaling.constraints, arrays_.map.constraint_of_model.size())) {
+  if (!fits(scaling.variables, map_.variable_of_model.size()) ||
+      !fits(scaling.constraints, map_.constraint_of_model.size())) {
     return "the model's scaling factors do not have one entry per variable and constraint";
   }
   objective_scale_ *= scaling.objective;
@@ -43,15 +43,15 @@ std::string CanonicalProblem::user_scaling() {
              number_text(scaling.variables[i]) + ": times the " + number_text(width) +
              " between its bounds it is below tol";
     }
-    if (arrays_.map.variable_of_model[i] >= 0)
-      arrays_.col_scale[at(arrays_.map.variable_of_model[i])] = scaling.variables[i];
+    if (map_.variable_of_model[i] >= 0)
+      col_scale_[at(map_.variable_of_model[i])] = scaling.variables[i];
   }
   for (std::size_t j = 0; j < scaling.constraints.size(); ++j) {
     if (!is_sane_scaling(scaling.constraints[j])) {
       return error_of(constraint_name(static_cast<Index>(j)), scaling.constraints[j]);
     }
-    if (arrays_.map.constraint_of_model[j] >= 0) {
-      arrays_.row_scale[at(arrays_.map.constraint_of_model[j])] = scaling.constraints[j];
+    if (map_.constraint_of_model[j] >= 0) {
+      row_scale_[at(map_.constraint_of_model[j])] = scaling.constraints[j];
     }
   }
   return {};
@@ -59,41 +59,41 @@ std::string CanonicalProblem::user_scaling() {
 
 void CanonicalProblem::scale_variables() {
   for (std::size_t i = 0; i < structure_.variable_units.size(); ++i) {
-    const Index variable = arrays_.map.variable_of_model[i];
-    if (variable >= 0) arrays_.col_scale[at(variable)] = 1.0 / structure_.variable_units[i];
+    const Index variable = map_.variable_of_model[i];
+    if (variable >= 0) col_scale_[at(variable)] = 1.0 / structure_.variable_units[i];
   }
 }
 
 void CanonicalProblem::scale_entries() {
-  arrays_.jacobian_scale.resize(arrays_.map.jacobian.size());
-  for (std::size_t k = 0; k < arrays_.map.jacobian.size(); ++k) {
-    arrays_.jacobian_scale[k] = arrays_.row_scale[at(arrays_.map.jacobian[k].row)] /
-                                arrays_.col_scale[at(arrays_.map.jacobian[k].col)];
+  jacobian_scale_.resize(map_.jacobian.size());
+  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
+    jacobian_scale_[k] =
+        constraint_scale(map_.jacobian[k].row) / variable_scale(map_.jacobian[k].col);
   }
   const bool variables_scaled =
-      std::any_of(arrays_.col_scale.begin(), arrays_.col_scale.begin() + arrays_.map.x.end,
+      std::any_of(col_scale_.begin(), col_scale_.begin() + map_.x.end,
                   [](double d) { return d != 1.0; }) ||
-      std::any_of(arrays_.col_scale.begin() + arrays_.map.y.begin,
-                  arrays_.col_scale.begin() + arrays_.map.y.end, [](double d) { return d != 1.0; });
-  arrays_.hessian_scale.clear();
+      std::any_of(col_scale_.begin() + map_.y.begin, col_scale_.begin() + map_.y.end,
+                  [](double d) { return d != 1.0; });
+  hessian_scale_.clear();
   if (!variables_scaled) return;
-  arrays_.hessian_scale.resize(arrays_.map.hessian.size());
-  for (std::size_t k = 0; k < arrays_.map.hessian.size(); ++k) {
-    arrays_.hessian_scale[k] = 1.0 / (arrays_.col_scale[at(arrays_.map.hessian[k].row)] *
-                                      arrays_.col_scale[at(arrays_.map.hessian[k].col)]);
+  hessian_scale_.resize(map_.hessian.size());
+  for (std::size_t k = 0; k < map_.hessian.size(); ++k) {
+    hessian_scale_[k] =
+        1.0 / (variable_scale(map_.hessian[k].row) * variable_scale(map_.hessian[k].col));
   }
 }
 
 std::string CanonicalProblem::gradient_based_scaling() {
   // At the model's own point, as in Ipopt. It may lie outside its bounds, where the functions need
   // not be defined; then where the solve starts.
-  for (const Index i : arrays_.map.model_variable) {
-    if (i >= 0) arrays_.model_v[at(i)] = arrays_.model_start.v[at(i)];
+  for (const Index i : map_.model_variable) {
+    if (i >= 0) model_v_[at(i)] = model_start_.v[at(i)];
   }
   new_point_ = true;
   std::string error = scale_gradients();
   if (error.empty()) return {};
-  if (!load(arrays_.start.v)) {
+  if (!load(start_.v)) {
     return fail(Status::InvalidNumber, "the scaled starting point is not finite");
   }
   return new_point_ ? scale_gradients() : error;
@@ -106,43 +106,38 @@ std::string CanonicalProblem::scale_gradients() {
     return std::max({largest / norm, options_.nlp_scaling_min_value, kLeastScaling});
   };
   ++counts_.gradient;
-  if (!ask([&] {
-        return problem_.gradient(arrays_.model_v, take_new_point(), arrays_.model_gradient);
-      })) {
+  if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
     return fail(Status::EvaluationFailed,
                 "the gradient of the objective is undefined at the starting point");
   }
   double norm = 0.0;
-  for (const Index i : arrays_.map.model_variable) {
+  for (const Index i : map_.model_variable) {
     if (i < 0) continue;
-    if (!std::isfinite(arrays_.model_gradient[at(i)])) {
+    if (!std::isfinite(model_gradient_[at(i)])) {
       return fail(Status::InvalidNumber, "the gradient of the objective in " + variable_name(i) +
                                              " is not finite at the starting point");
     }
-    const double scale = arrays_.col_scale[at(arrays_.map.variable_of_model[at(i)])];
-    norm = std::max(norm, std::abs(arrays_.model_gradient[at(i)]) / scale);
+    const double scale = variable_scale(map_.variable_of_model[at(i)]);
+    norm = std::max(norm, std::abs(model_gradient_[at(i)]) / scale);
   }
-  std::vector<double> row_norm(arrays_.row_scale.size(), 0.0);
-  if (constraints() > 0 && !arrays_.model_g.empty()) {
+  std::vector<double> row_norm(row_scale_.size(), 0.0);
+  if (constraints() > 0 && !model_g_.empty()) {
     ++counts_.jacobian;
-    if (!ask([&] {
-          return problem_.jacobian(arrays_.model_v, take_new_point(), arrays_.model_jacobian);
-        })) {
+    if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
       return fail(Status::EvaluationFailed,
                   "the Jacobian of the constraints is undefined at the starting point");
     }
   }
-  for (std::size_t k = 0; k < arrays_.map.jacobian.size(); ++k) {
+  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
     const double value = model_jacobian(k);
     if (!std::isfinite(value)) {
-      return fail(Status::InvalidNumber,
-                  "the Jacobian of " + row_name(arrays_.map.jacobian[k].row) + " in " +
-                      variable_name(arrays_.map.model_variable[at(arrays_.map.jacobian[k].col)]) +
-                      " is not finite at the starting point");
+      return fail(Status::InvalidNumber, "the Jacobian of " + row_name(map_.jacobian[k].row) +
+                                             " in " +
+                                             variable_name(model_variable(map_.jacobian[k].col)) +
+                                             " is not finite at the starting point");
     }
-    row_norm[at(arrays_.map.jacobian[k].row)] =
-        std::max(row_norm[at(arrays_.map.jacobian[k].row)],
-                 std::abs(value) / arrays_.col_scale[at(arrays_.map.jacobian[k].col)]);
+    row_norm[at(map_.jacobian[k].row)] = std::max(
+        row_norm[at(map_.jacobian[k].row)], std::abs(value) / variable_scale(map_.jacobian[k].col));
   }
   for (double& scale : row_norm) scale = factor(scale);
   gradient_scaling_ = {.objective = factor(norm),

@@ -40,17 +40,17 @@ double push_inside(double value, double lower, double upper, double push, double
 
 std::string CanonicalProblem::read_start() {
   objective_scale_ = options_.obj_scaling_factor;
-  arrays_.col_scale.assign(at(variables()), 1.0);
-  arrays_.row_scale.assign(at(constraints()), 1.0);
-  arrays_.model_start.v.assign(arrays_.model_v.size(), 0.0);
-  arrays_.model_start.lambda.assign(arrays_.model_g.size(), 0.0);
-  arrays_.model_start.z_lower.assign(arrays_.model_v.size(), 0.0);
-  arrays_.model_start.z_upper.assign(arrays_.model_v.size(), 0.0);
-  StartingPoint request{.v = arrays_.model_start.v,
+  col_scale_.assign(at(variables()), 1.0);
+  row_scale_.assign(at(constraints()), 1.0);
+  model_start_.v.assign(model_v_.size(), 0.0);
+  model_start_.lambda.assign(model_g_.size(), 0.0);
+  model_start_.z_lower.assign(model_v_.size(), 0.0);
+  model_start_.z_upper.assign(model_v_.size(), 0.0);
+  StartingPoint request{.v = model_start_.v,
                         .needs_multipliers = options_.warm_start_init_point,
-                        .lambda = arrays_.model_start.lambda,
-                        .z_lower = arrays_.model_start.z_lower,
-                        .z_upper = arrays_.model_start.z_upper};
+                        .lambda = model_start_.lambda,
+                        .z_lower = model_start_.z_lower,
+                        .z_upper = model_start_.z_upper};
   if (!ask([&] { return problem_.starting_point(request); }))
     return "the model gives no starting point";
   return check_start();
@@ -60,24 +60,24 @@ std::string CanonicalProblem::check_start() {
   const auto refuse = [&](const std::string& what) {
     return fail(Status::InvalidNumber, "the starting " + what + " is not a finite number");
   };
-  if (const Index i = first_not_finite(arrays_.model_start.v); i >= 0) {
+  if (const Index i = first_not_finite(model_start_.v); i >= 0) {
     return refuse("point of " + variable_name(i));
   }
   if (!options_.warm_start_init_point) return {};
   // Multipliers of bounds that do not exist are not read, as in Ipopt.
-  for (const Index j : arrays_.map.model_constraint) {
-    if (j >= 0 && !std::isfinite(arrays_.model_start.lambda[at(j)])) {
+  for (const Index j : map_.model_constraint) {
+    if (j >= 0 && !std::isfinite(model_start_.lambda[at(j)])) {
       return refuse("multiplier of " + constraint_name(j));
     }
   }
-  for (const Index i : arrays_.map.model_variable) {
+  for (const Index i : map_.model_variable) {
     if (i < 0) continue;
     if (structure_.variable_lower[at(i)] > options_.nlp_lower_bound_inf &&
-        !std::isfinite(arrays_.model_start.z_lower[at(i)])) {
+        !std::isfinite(model_start_.z_lower[at(i)])) {
       return refuse("multiplier of the lower bound of " + variable_name(i));
     }
     if (structure_.variable_upper[at(i)] < options_.nlp_upper_bound_inf &&
-        !std::isfinite(arrays_.model_start.z_upper[at(i)])) {
+        !std::isfinite(model_start_.z_upper[at(i)])) {
       return refuse("multiplier of the upper bound of " + variable_name(i));
     }
   }
@@ -87,17 +87,16 @@ std::string CanonicalProblem::check_start() {
 void CanonicalProblem::push_start() {
   const bool warm = options_.warm_start_init_point;
   const Index n = variables();
-  arrays_.start.v.setZero(n);
-  arrays_.start.lambda.setZero(constraints());
-  arrays_.start.z_lower.setZero(n);
-  arrays_.start.z_upper.setZero(n);
+  start_.v.setZero(n);
+  start_.lambda.setZero(constraints());
+  start_.z_lower.setZero(n);
+  start_.z_upper.setZero(n);
   for (Index i = 0; i < n; ++i) {
-    const Index model = arrays_.map.model_variable[at(i)];
+    const Index model = model_variable(i);
     if (model < 0) continue;
-    arrays_.start.v[i] =
-        push_inside(arrays_.model_start.v[at(model)] * arrays_.col_scale[at(i)], arrays_.lower[i],
-                    arrays_.upper[i], warm ? options_.warm_start_bound_push : options_.bound_push,
-                    warm ? options_.warm_start_bound_frac : options_.bound_frac);
+    start_.v[i] = push_inside(model_start_.v[at(model)] * variable_scale(i), lower_[i], upper_[i],
+                              warm ? options_.warm_start_bound_push : options_.bound_push,
+                              warm ? options_.warm_start_bound_frac : options_.bound_frac);
   }
 }
 
@@ -106,28 +105,27 @@ void CanonicalProblem::start_multipliers() {
   const double largest = options_.warm_start_mult_init_max;
   const auto take = [&](const auto& bounded, const std::vector<double>& given, Eigen::VectorXd& z) {
     for (const Index i : bounded) {
-      const Index model = arrays_.map.model_variable[at(i)];
-      if (model >= 0)
-        z[i] = given[at(model)] * sign(i) * objective_scale_ / arrays_.col_scale[at(i)];
+      const Index model = model_variable(i);
+      if (model >= 0) z[i] = given[at(model)] * sign(i) * objective_scale_ / variable_scale(i);
     }
   };
-  take(arrays_.lower_bounded, arrays_.model_start.z_lower, arrays_.start.z_lower);
-  take(arrays_.upper_bounded, arrays_.model_start.z_upper, arrays_.start.z_upper);
+  take(lower_bounded_, model_start_.z_lower, start_.z_lower);
+  take(upper_bounded_, model_start_.z_upper, start_.z_upper);
   for (Index j = 0; j < constraints(); ++j) {
-    const Index model = arrays_.map.model_constraint[at(j)];
+    const Index model = model_constraint(j);
     double value = 0.0;
     if (model >= 0) {
-      value = arrays_.model_start.lambda[at(model)];
+      value = model_start_.lambda[at(model)];
     } else {  // -z_L + z_U and the multiplier of v = value stand for each other
-      const auto i = at(arrays_.map.model_variable[at(arrays_.map.fixing_variable[at(j)])]);
-      value = arrays_.model_start.z_upper[i] - arrays_.model_start.z_lower[i];
+      const auto i = at(model_variable(map_.fixing_variable[at(j)]));
+      value = model_start_.z_upper[i] - model_start_.z_lower[i];
     }
-    arrays_.start.lambda[j] =
-        std::clamp(value * objective_scale_ / arrays_.row_scale[at(j)], -largest, largest);
+    start_.lambda[j] =
+        std::clamp(value * objective_scale_ / constraint_scale(j), -largest, largest);
     // A slack's stationarity: -lambda + sign (-z_lower + z_upper) = 0.
-    if (const Index slack = arrays_.map.slack_of_constraint[at(j)]; slack >= 0) {
-      arrays_.start.z_lower[slack] = std::max(-sign(slack) * arrays_.start.lambda[j], 0.0);
-      arrays_.start.z_upper[slack] = std::max(sign(slack) * arrays_.start.lambda[j], 0.0);
+    if (const Index slack = slack_of(j); slack >= 0) {
+      start_.z_lower[slack] = std::max(-sign(slack) * start_.lambda[j], 0.0);
+      start_.z_upper[slack] = std::max(sign(slack) * start_.lambda[j], 0.0);
     }
   }
 }
@@ -138,11 +136,11 @@ void CanonicalProblem::start_slacks(Iterate& start, const Eigen::VectorXd& c) co
   const double push = warm ? options_.warm_start_slack_bound_push : options_.slack_bound_push;
   const double fraction = warm ? options_.warm_start_slack_bound_frac : options_.slack_bound_frac;
   for (Index j = 0; j < constraints(); ++j) {
-    const Index slack = arrays_.map.slack_of_constraint[at(j)];
+    const Index slack = slack_of(j);
     if (slack < 0) continue;
     // Where nothing is left to choose, a slack is what it is.
-    start.v[slack] = push_inside(c[j], arrays_.lower[slack], arrays_.upper[slack],
-                                 is_constant() ? 0.0 : push, fraction);
+    start.v[slack] =
+        push_inside(c[j], lower_[slack], upper_[slack], is_constant() ? 0.0 : push, fraction);
   }
 }
 

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <utility>
+
+namespace ipminmax {
+
+/// Arrays taken over from where they are kept, so that their memory serves again, and given back at
+/// the end. What they hold on the way in means nothing.
+template <class Arrays>
+class Kept : public Arrays {
+ public:
+  Kept(const Kept&) = delete;
+  Kept& operator=(const Kept&) = delete;
+
+ protected:
+  /// owner: null for none.
+  explicit Kept(Arrays* owner) : owner_(owner) {
+    if (owner_ != nullptr) static_cast<Arrays&>(*this) = std::move(*owner_);
+  }
+  ~Kept() {
+    if (owner_ != nullptr) *owner_ = std::move(static_cast<Arrays&>(*this));
+  }
+
+ private:
+  Arrays* owner_;
+};
+
+}  // namespace ipminmax
