@@ -15,16 +15,16 @@ EliminationTree elimination_tree(const LowerRows& a) {
   EliminationTree tree;
   tree.parent.assign(at(n), -1);
   tree.column_starts.assign(at(n) + 1, 0);
-  std::vector<Index> mark(at(n), -1);
+  Array<Index> mark(n, -1);
   std::int64_t entries = 0;
   for (Index k = 0; k < n; ++k) {
-    mark[at(k)] = k;
+    mark[k] = k;
     for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
-      for (Index i = a.columns[at(p)]; mark[at(i)] != k; i = tree.parent[at(i)]) {
-        if (tree.parent[at(i)] < 0) tree.parent[at(i)] = k;
+      for (Index i = a.columns[at(p)]; mark[i] != k; i = tree.parent[i]) {
+        if (tree.parent[i] < 0) tree.parent[i] = k;
         ++tree.column_starts[at(i) + 1];
         ++entries;
-        mark[at(i)] = k;
+        mark[i] = k;
       }
     }
     if (entries > std::numeric_limits<Index>::max()) throw std::bad_alloc();
@@ -41,52 +41,52 @@ FactorPattern factor_pattern(const LowerRows& a, const EliminationTree& tree) {
   pattern.columns.reserve(at(tree.entries()));
   pattern.row_starts.reserve(at(n) + 1);
   pattern.row_starts.push_back(0);
-  std::vector<Index> next(tree.column_starts.begin(), tree.column_starts.end() - 1);
-  std::vector<Index> mark(at(n), -1), stack(at(n));
+  Array<Index> next(tree.column_starts.begin(), tree.column_starts.end() - 1);
+  Array<Index> mark(n, -1), stack(at(n));
   for (Index k = 0; k < n; ++k) {
     std::size_t first = stack.size();
-    mark[at(k)] = k;
+    mark[k] = k;
     for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
       std::size_t length = 0;  // a path towards the root, kept in front
-      for (Index i = a.columns[at(p)]; mark[at(i)] != k; i = tree.parent[at(i)]) {
+      for (Index i = a.columns[at(p)]; mark[i] != k; i = tree.parent[i]) {
         stack[length++] = i;
-        mark[at(i)] = k;
+        mark[i] = k;
       }
       while (length > 0) stack[--first] = stack[--length];
     }
     for (std::size_t r = first; r < stack.size(); ++r) {
       pattern.columns.push_back(stack[r]);
-      pattern.rows[at(next[at(stack[r])]++)] = k;
+      pattern.rows[next[stack[r]]++] = k;
     }
     pattern.row_starts.push_back(static_cast<Index>(pattern.columns.size()));
   }
   return pattern;
 }
 
-std::vector<Index> postorder(std::span<const Index> parent) {
+Array<Index> postorder(std::span<const Index> parent) {
   const Index n = static_cast<Index>(parent.size());
-  std::vector<Index> first_child(parent.size(), -1);
-  std::vector<Index> sibling(parent.size(), -1);
+  Array<Index> first_child(parent.size(), -1);
+  Array<Index> sibling(parent.size(), -1);
   for (Index j = n - 1; j >= 0; --j) {
     const Index p = parent[at(j)];
     if (p == -1) continue;
-    sibling[at(j)] = first_child[at(p)];
-    first_child[at(p)] = j;
+    sibling[j] = first_child[p];
+    first_child[p] = j;
   }
-  std::vector<Index> post;
+  Array<Index> post;
   post.reserve(parent.size());
-  std::vector<Index> stack;
+  Array<Index> stack;
   for (Index root = 0; root < n; ++root) {
     if (parent[at(root)] != -1) continue;
     stack.push_back(root);
     while (!stack.empty()) {
       const Index node = stack.back();
-      const Index child = first_child[at(node)];
+      const Index child = first_child[node];
       if (child == -1) {
         post.push_back(node);
         stack.pop_back();
       } else {
-        first_child[at(node)] = sibling[at(child)];
+        first_child[node] = sibling[child];
         stack.push_back(child);
       }
     }
@@ -94,24 +94,24 @@ std::vector<Index> postorder(std::span<const Index> parent) {
   return post;
 }
 
-std::vector<Index> order_without_fill(const EliminationTree& tree, const FactorPattern& pattern,
-                                      Index last) {
+Array<Index> order_without_fill(const EliminationTree& tree, const FactorPattern& pattern,
+                                Index last) {
   const Index n = tree.dimension();
-  std::vector<Index> place(at(n), -1);
-  std::vector<Index> weight(at(n), 0);             // neighbors that have their place
-  std::vector<Index> first(at(n) + 1, -1);         // of the rows of each weight without one,
-  std::vector<Index> before(at(n)), after(at(n));  // a list
+  Array<Index> place(n, -1);
+  Array<Index> weight(n, 0);             // neighbors that have their place
+  Array<Index> first(n + 1, -1);         // of the rows of each weight without one,
+  Array<Index> before(n), after(at(n));  // a list
   const auto link = [&](Index i) {
-    Index& head = first[at(weight[at(i)])];
-    before[at(i)] = -1;
-    after[at(i)] = head;
-    if (head >= 0) before[at(head)] = i;
+    Index& head = first[weight[i]];
+    before[i] = -1;
+    after[i] = head;
+    if (head >= 0) before[head] = i;
     head = i;
   };
   const auto unlink = [&](Index i) {
-    const Index b = before[at(i)], a = after[at(i)];
-    (b >= 0 ? after[at(b)] : first[at(weight[at(i)])]) = a;
-    if (a >= 0) before[at(a)] = b;
+    const Index b = before[i], a = after[i];
+    (b >= 0 ? after[b] : first[weight[i]]) = a;
+    if (a >= 0) before[a] = b;
   };
   for (Index i = n; i-- > 0;) {
     if (i != last) link(i);
@@ -119,21 +119,21 @@ std::vector<Index> order_without_fill(const EliminationTree& tree, const FactorP
   if (n > 0) link(last);
   Index heaviest = 0;
   for (Index next = n; next-- > 0;) {
-    while (first[at(heaviest)] < 0) --heaviest;
-    const Index k = first[at(heaviest)];
+    while (first[heaviest] < 0) --heaviest;
+    const Index k = first[heaviest];
     unlink(k);
-    place[at(k)] = next;
+    place[k] = next;
     const auto raise = [&](Index i) {
-      if (place[at(i)] >= 0) return;
+      if (place[i] >= 0) return;
       unlink(i);
-      heaviest = std::max(heaviest, ++weight[at(i)]);
+      heaviest = std::max(heaviest, ++weight[i]);
       link(i);
     };
-    for (Index p = tree.column_starts[at(k)]; p < tree.column_starts[at(k) + 1]; ++p) {
-      raise(pattern.rows[at(p)]);
+    for (Index p = tree.column_starts[k]; p < tree.column_starts[at(k) + 1]; ++p) {
+      raise(pattern.rows[p]);
     }
-    for (Index r = pattern.row_starts[at(k)]; r < pattern.row_starts[at(k) + 1]; ++r) {
-      raise(pattern.columns[at(r)]);
+    for (Index r = pattern.row_starts[k]; r < pattern.row_starts[at(k) + 1]; ++r) {
+      raise(pattern.columns[r]);
     }
   }
   return place;

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "linalg/array.hpp"
 #include "linalg/triplet.hpp"
 
 namespace ipminmax {
@@ -17,8 +18,8 @@ struct LowerRows {
 
 /// Elimination tree of a matrix L D L', and the lengths of L's columns (Liu 1990).
 struct EliminationTree {
-  std::vector<Index> parent;            ///< of each row; -1: a root
-  std::vector<Index> column_starts{0};  ///< of L without its diagonal; dimension + 1
+  Array<Index> parent;            ///< of each row; -1: a root
+  Array<Index> column_starts{0};  ///< of L without its diagonal; dimension + 1
   [[nodiscard]] Index dimension() const { return static_cast<Index>(parent.size()); }
   [[nodiscard]] Index entries() const { return column_starts.back(); }
 };
@@ -28,20 +29,20 @@ struct EliminationTree {
 
 /// Where L has entries beside its diagonal.
 struct FactorPattern {
-  std::vector<Index> rows;        ///< of each column (EliminationTree::column_starts), ascending
-  std::vector<Index> row_starts;  ///< dimension + 1
-  std::vector<Index> columns;     ///< of each row, descendants before their ancestors
+  Array<Index> rows;        ///< of each column (EliminationTree::column_starts), ascending
+  Array<Index> row_starts;  ///< dimension + 1
+  Array<Index> columns;     ///< of each row, descendants before their ancestors
 };
 
 /// Throws std::bad_alloc.
 [[nodiscard]] FactorPattern factor_pattern(const LowerRows& a, const EliminationTree& tree);
 
 /// The rows, children before their parents, every subtree without a gap.
-[[nodiscard]] std::vector<Index> postorder(std::span<const Index> parent);
+[[nodiscard]] Array<Index> postorder(std::span<const Index> parent);
 
 /// The place of each row in an order of elimination without fill in L + L', in which `last` comes
 /// last: maximum cardinality search (Tarjan and Yannakakis 1984). Throws std::bad_alloc.
-[[nodiscard]] std::vector<Index> order_without_fill(const EliminationTree& tree,
-                                                    const FactorPattern& pattern, Index last);
+[[nodiscard]] Array<Index> order_without_fill(const EliminationTree& tree,
+                                              const FactorPattern& pattern, Index last);
 
 }  // namespace ipminmax

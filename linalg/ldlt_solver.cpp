@@ -91,27 +91,27 @@ void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const st
   const auto for_each_entry = [&](auto&& visit) {  // visit(place, row, column), row > column
     for (Index j = 0; j < n; ++j) {
       for (Index p = starts[at(j)] + 1; p < starts[at(j) + 1]; ++p) {
-        const auto [column, row] = std::minmax(new_index_[at(rows[at(p)])], new_index_[at(j)]);
+        const auto [column, row] = std::minmax(new_index_[rows[at(p)]], new_index_[j]);
         visit(p, row, column);
       }
     }
   };
   lower_starts_.assign(at(n) + 1, 0);
-  for_each_entry([&](Index, Index row, Index) { ++lower_starts_[at(row) + 1]; });
+  for_each_entry([&](Index, Index row, Index) { ++lower_starts_[row + 1]; });
   std::partial_sum(lower_starts_.begin(), lower_starts_.end(), lower_starts_.begin());
-  std::vector<Index> next(lower_starts_.begin(), lower_starts_.end() - 1);
+  Array<Index> next(lower_starts_.begin(), lower_starts_.end() - 1);
   lower_columns_.resize(at(lower_starts_.back()));
   lower_places_.resize(lower_columns_.size());
   couplings_.clear();
   for_each_entry([&](Index p, Index row, Index column) {
-    const std::size_t place = at(next[at(row)]++);
+    const std::size_t place = at(next[row]++);
     lower_columns_[place] = column;
     lower_places_[place] = p;
   });
   diagonal_places_.resize(at(n));
   gamma_weights_.resize(at(n));
   for (Index i = 0; i < n; ++i) {
-    const std::size_t k = at(new_index_[at(i)]);
+    const std::size_t k = at(new_index_[i]);
     diagonal_places_[k] = matrix.diagonal_position(i);
     gamma_weights_[k] = gamma_weight(at(i), signs[at(i)]);
     for (Index p = starts[at(i)] + 1; p < starts[at(i) + 1]; ++p) {
@@ -168,7 +168,7 @@ bool LdltSolver::eliminate(std::span<const Index> rows_of_part, std::span<const 
     const std::size_t row_end = at(pattern_.row_starts[k + 1]);
     for (std::size_t r = at(pattern_.row_starts[k]); r < row_end; ++r) {
       const Index i = pattern_.columns[r];
-      Column& column = columns_[at(i)];
+      Column& column = columns_[i];
       const double y_i = y[i];
       y[i] = 0.0;
       for (Index p = column.begin; p < column.end; ++p) y[rows[p]] -= l[p] * y_i;
@@ -221,9 +221,9 @@ void LdltSolver::solve_together(std::span<double> rhs) {
   using Row = std::array<double, kTogether>;
   const std::size_t n = new_index_.size();
   if (together_.size() != n) together_.resize(n);
-  std::vector<Row>& x = together_;
+  Array<Row>& x = together_;
   for (std::size_t c = 0; c < kTogether; ++c) {
-    for (std::size_t i = 0; i < n; ++i) x[at(new_index_[i])][c] = rhs[c * n + i];
+    for (std::size_t i = 0; i < n; ++i) x[new_index_[i]][c] = rhs[c * n + i];
   }
   for (std::size_t j = 0; j < n; ++j) {
     const Row x_j = x[j];
@@ -240,7 +240,7 @@ void LdltSolver::solve_together(std::span<double> rhs) {
     x[j] = x_j;
   }
   for (std::size_t c = 0; c < kTogether; ++c) {
-    for (std::size_t i = 0; i < n; ++i) rhs[c * n + i] = x[at(new_index_[i])][c];
+    for (std::size_t i = 0; i < n; ++i) rhs[c * n + i] = x[new_index_[i]][c];
   }
 }
 
@@ -251,10 +251,10 @@ void LdltSolver::ColumnRange::include(ColumnRange other) {
 }
 
 /// Columns of B with an entry in each row of the elimination order.
-void LdltSolver::find_ranges(const SparseColumns& b, std::vector<ColumnRange>& ranges) const {
+void LdltSolver::find_ranges(const SparseColumns& b, Array<ColumnRange>& ranges) const {
   for (Index k = 0; k < b.columns(); ++k) {
     for (Index p = b.starts[at(k)]; p < b.starts[at(k) + 1]; ++p) {
-      ranges[at(new_index_[at(b.rows[at(p)])])].include({k, k + 1});
+      ranges[new_index_[b.rows[at(p)]]].include({k, k + 1});
     }
   }
 }
@@ -272,7 +272,7 @@ void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> produ
   find_ranges(b, ranges_);
   for (std::size_t k = 0; k < columns; ++k) {
     for (Index p = b.starts[k]; p < b.starts[k + 1]; ++p) {
-      const Index row = new_index_[at(b.rows[at(p)])];
+      const Index row = new_index_[b.rows[at(p)]];
       forward_[at(row) * columns + k] += b.values[at(p)];
     }
   }
@@ -298,7 +298,7 @@ void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> produ
 }
 
 double LdltSolver::predict_inverse_product_flops(const SparseColumns& b) const {
-  std::vector<ColumnRange> ranges(new_index_.size());
+  Array<ColumnRange> ranges(new_index_.size());
   find_ranges(b, ranges);
   double flops = 0.0;
   for (std::size_t j = 0; j < ranges.size(); ++j) {
@@ -306,7 +306,7 @@ double LdltSolver::predict_inverse_product_flops(const SparseColumns& b) const {
     const double entries = tree_.column_starts[j + 1] - tree_.column_starts[j];
     flops += width * (width + 2.0 * entries);
     const Index parent = tree_.parent[j];
-    if (parent >= 0) ranges[at(parent)].include(ranges[j]);
+    if (parent >= 0) ranges[parent].include(ranges[j]);
   }
   return flops;
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "linalg/array.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
 #include "linalg/tree_parts.hpp"
@@ -78,27 +79,27 @@ class LdltSolver final : public SymmetricSolver {
       visit(static_cast<std::size_t>(pattern_.rows[entry]), values_[entry]);
     }
   }
-  void find_ranges(const SparseColumns& b, std::vector<ColumnRange>& ranges) const;
+  void find_ranges(const SparseColumns& b, Array<ColumnRange>& ranges) const;
 
   SymmetricSolverOptions options_;
   Ordering ordering_ = Ordering::Amd;
-  FactorSize size_;               // predicted
-  std::vector<Index> new_index_;  // place of row i in the elimination order
+  FactorSize size_;         // predicted
+  Array<Index> new_index_;  // place of row i in the elimination order
   // P A P' by rows: entries left of the diagonal, their places in A, and those of the diagonals.
-  std::vector<Index> lower_starts_, lower_columns_, lower_places_, diagonal_places_;
-  std::vector<double> gamma_weights_;  // diagonal of Gamma over gamma, in elimination order
-  std::vector<Index> couplings_;       // places in A that link rows of opposite signs
-  std::vector<std::array<double, kTogether>> together_;
-  std::vector<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
-  std::vector<double> forward_;      // L^-1 P B by rows; else zero
+  Array<Index> lower_starts_, lower_columns_, lower_places_, diagonal_places_;
+  Array<double> gamma_weights_;  // diagonal of Gamma over gamma, in elimination order
+  Array<Index> couplings_;       // places in A that link rows of opposite signs
+  Array<std::array<double, kTogether>> together_;
+  Array<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
+  Array<double> forward_;      // L^-1 P B by rows; else zero
   EliminationTree tree_;
   FactorPattern pattern_;  // of L
   TreeParts parts_;
-  std::vector<Column> columns_;
-  std::vector<double> values_;    // of L, as pattern_.rows
-  std::vector<double> row_;       // of L D under elimination; else zero
-  std::vector<double> permuted_;  // one right-hand side in elimination order
-  std::vector<char> broken_;      // by part: a pivot is zero or not finite
+  Array<Column> columns_;
+  Array<double> values_;    // of L, as pattern_.rows
+  Array<double> row_;       // of L D under elimination; else zero
+  Array<double> permuted_;  // one right-hand side in elimination order
+  Array<char> broken_;      // by part: a pivot is zero or not finite
   Workers workers_;
   bool factorized_ = false;
 };

@@ -23,11 +23,11 @@ static_assert(std::is_same_v<idx_t, Index>, "METIS must be built with 32-bit ind
 
 /// Compressed lists of indices: list k is items[starts[k]], ..., items[starts[k + 1] - 1].
 struct Lists {
-  std::vector<Index> starts;
-  std::vector<Index> items;
+  Array<Index> starts;
+  Array<Index> items;
 
   [[nodiscard]] std::span<const Index> operator[](Index k) const {
-    const auto begin = at(starts[at(k)]);
+    const auto begin = at(starts[k]);
     return {items.data() + begin, at(starts[at(k) + 1]) - begin};
   }
 };
@@ -52,8 +52,8 @@ Lists collect(Index count, ForEachPair&& for_each_pair) {
   for_each_pair([&](Index k, Index) { ++lists.starts[at(k) + 1]; });
   std::partial_sum(lists.starts.begin(), lists.starts.end(), lists.starts.begin());
   lists.items.resize(at(lists.starts.back()));
-  std::vector<Index> next(lists.starts.begin(), lists.starts.end() - 1);
-  for_each_pair([&](Index k, Index item) { lists.items[at(next[at(k)]++)] = item; });
+  Array<Index> next(lists.starts.begin(), lists.starts.end() - 1);
+  for_each_pair([&](Index k, Index item) { lists.items[next[k]++] = item; });
   return lists;
 }
 
@@ -72,13 +72,13 @@ Lists adjacency(const SymmetricMatrix& matrix, bool with_diagonal) {
   });
 }
 
-std::vector<Index> identity_ordering(Index dimension) {
-  std::vector<Index> new_index(at(dimension));
+Array<Index> identity_ordering(Index dimension) {
+  Array<Index> new_index(dimension);
   std::iota(new_index.begin(), new_index.end(), 0);
   return new_index;
 }
 
-std::vector<Index> amd_ordering(const SymmetricMatrix& matrix) {
+Array<Index> amd_ordering(const SymmetricMatrix& matrix) {
   const Index n = matrix.dimension();
   // With the diagonal: Eigen puts rows without one last.
   const Lists graph = adjacency(matrix, /*with_diagonal=*/true);
@@ -89,17 +89,17 @@ std::vector<Index> amd_ordering(const SymmetricMatrix& matrix) {
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
   Eigen::internal::minimum_degree_ordering(pattern, order);  // order[k]: the row eliminated k-th
 
-  std::vector<Index> new_index(at(n));
-  for (Index k = 0; k < n; ++k) new_index[at(order.indices()[k])] = k;
+  Array<Index> new_index(n);
+  for (Index k = 0; k < n; ++k) new_index[order.indices()[k]] = k;
   return new_index;
 }
 
-std::vector<Index> metis_ordering(const SymmetricMatrix& matrix) {
+Array<Index> metis_ordering(const SymmetricMatrix& matrix) {
   const Index n = matrix.dimension();
   Lists graph = adjacency(matrix, /*with_diagonal=*/false);
   if (graph.items.empty()) return identity_ordering(n);
-  std::vector<Index> order(at(n));      // order[k]: the row eliminated k-th
-  std::vector<Index> new_index(at(n));  // METIS calls it iperm
+  Array<Index> order(n);      // order[k]: the row eliminated k-th
+  Array<Index> new_index(n);  // METIS calls it iperm
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
@@ -115,15 +115,15 @@ std::vector<Index> metis_ordering(const SymmetricMatrix& matrix) {
 
 /// parent[j] of every node in the elimination tree, -1 at roots (Liu, with path compression).
 /// before[k]: the neighbours of k that are eliminated before it.
-std::vector<Index> parents(const Lists& before, Index n) {
-  std::vector<Index> parent(at(n), -1);
-  std::vector<Index> ancestor(at(n), -1);
+Array<Index> parents(const Lists& before, Index n) {
+  Array<Index> parent(n, -1);
+  Array<Index> ancestor(n, -1);
   for (Index k = 0; k < n; ++k) {
     for (Index i : before[k]) {
       while (i != -1 && i < k) {
-        const Index next = ancestor[at(i)];
-        ancestor[at(i)] = k;
-        if (next == -1) parent[at(i)] = k;
+        const Index next = ancestor[i];
+        ancestor[i] = k;
+        if (next == -1) parent[i] = k;
         i = next;
       }
     }
@@ -134,53 +134,53 @@ std::vector<Index> parents(const Lists& before, Index n) {
 /// Entries of every column of L, diagonal included, without forming L: each entry of A adds one to
 /// the column where its row subtree starts and takes one away where two of its branches meet
 /// (Gilbert, Ng and Peyton 1994). after[j]: the neighbours of j eliminated after it.
-std::vector<Index> column_counts(const Lists& after, const std::vector<Index>& parent) {
+Array<Index> column_counts(const Lists& after, const Array<Index>& parent) {
   const std::size_t n = parent.size();
-  const std::vector<Index> post = postorder(parent);
-  std::vector<Index> first(n, -1);  // postorder number of the first descendant
-  std::vector<Index> count(n, 0);
+  const Array<Index> post = postorder(parent);
+  Array<Index> first(n, -1);  // postorder number of the first descendant
+  Array<Index> count(n, 0);
   for (std::size_t k = 0; k < n; ++k) {
     Index j = post[k];
-    count[at(j)] = first[at(j)] == -1 ? 1 : 0;  // a leaf of the tree
-    for (; j != -1 && first[at(j)] == -1; j = parent[at(j)]) {
-      first[at(j)] = static_cast<Index>(k);
+    count[j] = first[j] == -1 ? 1 : 0;  // a leaf of the tree
+    for (; j != -1 && first[j] == -1; j = parent[j]) {
+      first[j] = static_cast<Index>(k);
     }
   }
 
-  std::vector<Index> max_first(n, -1);      // of row i: largest first[] of its leaves so far
-  std::vector<Index> previous_leaf(n, -1);  // of row i
-  std::vector<Index> ancestor(n);           // disjoint sets: root of the part already visited
+  Array<Index> max_first(n, -1);      // of row i: largest first[] of its leaves so far
+  Array<Index> previous_leaf(n, -1);  // of row i
+  Array<Index> ancestor(n);           // disjoint sets: root of the part already visited
   std::iota(ancestor.begin(), ancestor.end(), 0);
   for (const Index j : post) {
-    const Index up = parent[at(j)];
-    if (up != -1) --count[at(up)];
+    const Index up = parent[j];
+    if (up != -1) --count[up];
     for (const Index i : after[j]) {
-      if (first[at(j)] <= max_first[at(i)]) continue;  // j is no leaf of row subtree i
-      max_first[at(i)] = first[at(j)];
-      ++count[at(j)];
-      const Index leaf = previous_leaf[at(i)];
-      previous_leaf[at(i)] = j;
+      if (first[j] <= max_first[i]) continue;  // j is no leaf of row subtree i
+      max_first[i] = first[j];
+      ++count[j];
+      const Index leaf = previous_leaf[i];
+      previous_leaf[i] = j;
       if (leaf == -1) continue;
       Index meet = leaf;
-      while (meet != ancestor[at(meet)]) meet = ancestor[at(meet)];
+      while (meet != ancestor[meet]) meet = ancestor[meet];
       for (Index s = leaf; s != meet;) {
-        const Index next = ancestor[at(s)];
-        ancestor[at(s)] = meet;
+        const Index next = ancestor[s];
+        ancestor[s] = meet;
         s = next;
       }
-      --count[at(meet)];
+      --count[meet];
     }
-    if (up != -1) ancestor[at(j)] = up;
+    if (up != -1) ancestor[j] = up;
   }
   for (std::size_t j = 0; j < n; ++j) {  // parent[j] > j
-    if (parent[j] != -1) count[at(parent[j])] += count[j];
+    if (parent[j] != -1) count[parent[j]] += count[j];
   }
   return count;
 }
 
 }  // namespace
 
-std::vector<Index> fill_reducing_ordering(const SymmetricMatrix& matrix, Ordering ordering) {
+Array<Index> fill_reducing_ordering(const SymmetricMatrix& matrix, Ordering ordering) {
   if (ordering != Ordering::Amd && ordering != Ordering::Metis) {
     throw std::invalid_argument("fill_reducing_ordering: only Amd and Metis");
   }
@@ -202,7 +202,7 @@ FactorSize predict_factor_size(const SymmetricMatrix& matrix, std::span<const In
       });
     });
   };
-  const std::vector<Index> parent = parents(collect_permuted(false), n);
+  const Array<Index> parent = parents(collect_permuted(false), n);
   FactorSize size;
   for (const Index entries : column_counts(collect_permuted(true), parent)) {
     const double below = entries - 1;
@@ -228,13 +228,13 @@ OrderingChoice divided(const SymmetricMatrix& matrix, OrderingChoice choice) {
   }
   const Lists rows = collect(matrix.dimension(), [&](auto&& add) {
     for_each_off_diagonal(matrix, [&](Index i, Index j) {
-      const auto [early, late] = std::minmax(choice.new_index[at(i)], choice.new_index[at(j)]);
+      const auto [early, late] = std::minmax(choice.new_index[i], choice.new_index[j]);
       add(late, early);
     });
   });
-  const std::vector<Index> place = order_for_two_parts({rows.starts, rows.items});
+  const Array<Index> place = order_for_two_parts({rows.starts, rows.items});
   if (place.empty()) return choice;
-  for (Index& k : choice.new_index) k = place[at(k)];
+  for (Index& k : choice.new_index) k = place[k];
   choice.size = predict_factor_size(matrix, choice.new_index);
   return choice;
 }

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "array.hpp"
 #include "symmetric_matrix.hpp"
 #include "symmetric_solver.hpp"
 
@@ -11,8 +12,7 @@ namespace ipminmax {
 
 /// new_index[i] is the place of row i in the elimination order. Deterministic. Pord is not
 /// available outside MUMPS and throws std::invalid_argument, as Best does.
-[[nodiscard]] std::vector<Index> fill_reducing_ordering(const SymmetricMatrix& matrix,
-                                                        Ordering ordering);
+[[nodiscard]] Array<Index> fill_reducing_ordering(const SymmetricMatrix& matrix, Ordering ordering);
 
 /// Entries of the factor L (with diagonal) and operations of an LDL' factorization without
 /// pivoting in the given order.
@@ -26,7 +26,7 @@ struct FactorSize {
 /// An ordering and what it costs.
 struct OrderingChoice {
   Ordering ordering = Ordering::Amd;
-  std::vector<Index> new_index;
+  Array<Index> new_index;
   FactorSize size;
 };
 

@@ -38,10 +38,10 @@ void for_each_below(const SymmetricMatrix& matrix, Visit&& visit) {
 class Pairing {
  public:
   explicit Pairing(const SymmetricMatrix& matrix);
-  [[nodiscard]] std::vector<Index> take_partners() { return std::move(partner_); }
+  [[nodiscard]] Array<Index> take_partners() { return std::move(partner_); }
   /// Weak rows without a partner.
-  [[nodiscard]] std::vector<bool> left() const {
-    std::vector<bool> left(weak_.size());
+  [[nodiscard]] Array<bool> left() const {
+    Array<bool> left(weak_.size());
     for (std::size_t i = 0; i < left.size(); ++i) {
       left[i] = weak_[i] && is_free(static_cast<Index>(i));
     }
@@ -53,14 +53,14 @@ class Pairing {
   void complete();
   [[nodiscard]] bool extend_from(Index root);
   void flip(Index root, Index last);
-  [[nodiscard]] bool is_free(Index i) const { return partner_[at(i)] == i; }
+  [[nodiscard]] bool is_free(Index i) const { return partner_[i] == i; }
 
   const SymmetricMatrix& matrix_;
-  std::vector<double> largest_;  ///< entry of each row beside the diagonal
-  std::vector<bool> weak_;       ///< its diagonal is no pivot of its own
-  std::vector<Index> partner_;
-  std::vector<Index> starts_, neighbors_;  ///< strongly coupled rows of each row
-  std::vector<Index> seen_, from_, queue_;
+  Array<double> largest_;  ///< entry of each row beside the diagonal
+  Array<bool> weak_;       ///< its diagonal is no pivot of its own
+  Array<Index> partner_;
+  Array<Index> starts_, neighbors_;  ///< strongly coupled rows of each row
+  Array<Index> seen_, from_, queue_;
 };
 
 Pairing::Pairing(const SymmetricMatrix& matrix)
@@ -70,12 +70,12 @@ Pairing::Pairing(const SymmetricMatrix& matrix)
       partner_(largest_.size()) {
   std::iota(partner_.begin(), partner_.end(), 0);
   for_each_below(matrix, [&](Index i, Index j, double value) {
-    largest_[at(i)] = std::max(largest_[at(i)], std::abs(value));
-    largest_[at(j)] = std::max(largest_[at(j)], std::abs(value));
+    largest_[i] = std::max(largest_[i], std::abs(value));
+    largest_[j] = std::max(largest_[j], std::abs(value));
   });
   for (Index i = 0; i < matrix.dimension(); ++i) {
     const double diagonal = matrix.values()[at(matrix.diagonal_position(i))];
-    weak_[at(i)] = std::abs(diagonal) < kWeak * largest_[at(i)];
+    weak_[i] = std::abs(diagonal) < kWeak * largest_[i];
   }
   make_greedily();
   complete();
@@ -87,42 +87,42 @@ void Pairing::make_greedily() {
     double strength;
     Index i, j;
   };
-  std::vector<Candidate> candidates;
+  Array<Candidate> candidates;
   for_each_below(matrix_, [&](Index i, Index j, double value) {
-    const int weak = (weak_[at(i)] ? 1 : 0) + (weak_[at(j)] ? 1 : 0);
+    const int weak = (weak_[i] ? 1 : 0) + (weak_[j] ? 1 : 0);
     if (weak == 0 || value == 0.0) return;
     const double size = std::abs(value);
-    candidates.push_back({weak * (size / largest_[at(i)]) * (size / largest_[at(j)]), i, j});
+    candidates.push_back({weak * (size / largest_[i]) * (size / largest_[j]), i, j});
   });
   std::ranges::stable_sort(candidates, std::greater<>(), &Candidate::strength);
   for (const auto& [strength, i, j] : candidates) {
     if (!is_free(i) || !is_free(j)) continue;
-    partner_[at(i)] = j;
-    partner_[at(j)] = i;
+    partner_[i] = j;
+    partner_[j] = i;
   }
 }
 
 /// Weak rows without a partner find one where others can change theirs.
 void Pairing::complete() {
   const Index n = matrix_.dimension();
-  const auto is_left = [&](Index i) { return weak_[at(i)] && is_free(i); };
-  std::vector<Index> left;
+  const auto is_left = [&](Index i) { return weak_[i] && is_free(i); };
+  Array<Index> left;
   for (Index i = 0; i < n; ++i) {
     if (is_left(i)) left.push_back(i);
   }
   if (left.empty()) return;
   const auto for_each_strong = [&](auto&& visit) {
     for_each_below(matrix_, [&](Index i, Index j, double value) {
-      if (std::abs(value) >= kStrong * largest_[at(i)]) visit(i, j);
-      if (std::abs(value) >= kStrong * largest_[at(j)]) visit(j, i);
+      if (std::abs(value) >= kStrong * largest_[i]) visit(i, j);
+      if (std::abs(value) >= kStrong * largest_[j]) visit(j, i);
     });
   };
   starts_.assign(at(n) + 1, 0);
-  for_each_strong([&](Index i, Index) { ++starts_[at(i) + 1]; });
+  for_each_strong([&](Index i, Index) { ++starts_[i + 1]; });
   std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
   neighbors_.resize(at(starts_.back()));
-  std::vector<Index> next(starts_.begin(), starts_.end() - 1);
-  for_each_strong([&](Index i, Index j) { neighbors_[at(next[at(i)]++)] = j; });
+  Array<Index> next(starts_.begin(), starts_.end() - 1);
+  for_each_strong([&](Index i, Index j) { neighbors_[next[i]++] = j; });
   seen_.assign(at(n), -1);
   from_.assign(at(n), -1);
   for (const Index root : left) {
@@ -134,16 +134,16 @@ void Pairing::complete() {
 /// none.
 bool Pairing::extend_from(Index root) {
   queue_.assign(1, root);
-  seen_[at(root)] = root;
+  seen_[root] = root;
   for (std::size_t k = 0; k < queue_.size() && k < kMostVisits; ++k) {
     const Index i = queue_[k];
-    for (Index p = starts_[at(i)]; p < starts_[at(i) + 1]; ++p) {
-      const Index j = neighbors_[at(p)];
-      const Index partner = partner_[at(j)];
-      if (seen_[at(j)] == root || seen_[at(partner)] == root) continue;
-      seen_[at(j)] = seen_[at(partner)] = root;
-      from_[at(j)] = i;
-      if (is_free(j) || !weak_[at(partner)]) {
+    for (Index p = starts_[i]; p < starts_[i + 1]; ++p) {
+      const Index j = neighbors_[p];
+      const Index partner = partner_[j];
+      if (seen_[j] == root || seen_[partner] == root) continue;
+      seen_[j] = seen_[partner] = root;
+      from_[j] = i;
+      if (is_free(j) || !weak_[partner]) {
         flip(root, j);
         return true;
       }
@@ -154,11 +154,11 @@ bool Pairing::extend_from(Index root) {
 }
 
 void Pairing::flip(Index root, Index last) {
-  partner_[at(partner_[at(last)])] = partner_[at(last)];
+  partner_[partner_[last]] = partner_[last];
   for (Index j = last;;) {
-    const Index i = from_[at(j)];
-    const Index before = std::exchange(partner_[at(i)], j);
-    partner_[at(j)] = i;
+    const Index i = from_[j];
+    const Index before = std::exchange(partner_[i], j);
+    partner_[j] = i;
     if (i == root) return;
     j = before;
   }
@@ -166,11 +166,10 @@ void Pairing::flip(Index root, Index last) {
 
 /// Nodes that wait for a pivot go to the end, where there are few of them, else right behind the
 /// last of their neighbors.
-void postpone(std::span<const Triplet> edges, const std::vector<bool>& waits,
-              std::vector<Index>& position) {
+void postpone(std::span<const Triplet> edges, const Array<bool>& waits, Array<Index>& position) {
   const auto waiting = std::ranges::count(waits, true);
   if (waiting == 0) return;
-  std::vector<Index> last = position;
+  Array<Index> last = position;
   if (waiting <= kFew) {
     for (std::size_t k = 0; k < waits.size(); ++k) {
       if (waits[k]) last[k] = static_cast<Index>(waits.size());
@@ -179,15 +178,14 @@ void postpone(std::span<const Triplet> edges, const std::vector<bool>& waits,
   for (const Triplet& edge : edges) {
     for (const auto& [one, other] :
          {std::pair(edge.row, edge.col), std::pair(edge.col, edge.row)}) {
-      if (waits[at(one)]) last[at(one)] = std::max(last[at(one)], position[at(other)]);
+      if (waits[one]) last[one] = std::max(last[one], position[other]);
     }
   }
-  std::vector<Index> order(position.size());
+  Array<Index> order(position.size());
   std::iota(order.begin(), order.end(), 0);
-  std::ranges::sort(order, std::less<>(), [&](Index k) {
-    return std::tuple(last[at(k)], waits[at(k)], position[at(k)]);
-  });
-  for (std::size_t k = 0; k < order.size(); ++k) position[at(order[k])] = static_cast<Index>(k);
+  std::ranges::sort(order, std::less<>(),
+                    [&](Index k) { return std::tuple(last[k], waits[k], position[k]); });
+  for (std::size_t k = 0; k < order.size(); ++k) position[order[k]] = static_cast<Index>(k);
 }
 
 constexpr EliminationCost kPairCost{.row = 30.0, .entry = 6.0, .update = 2.0};
@@ -211,8 +209,8 @@ Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
   Analysis analysis{.ok = false};
   try {
     Pairing pairing(matrix);
-    std::vector<bool> left = pairing.left();
-    std::vector<Index> partner = pairing.take_partners();
+    Array<bool> left = pairing.left();
+    Array<Index> partner = pairing.take_partners();
     if (partner != partner_ || left != left_) {
       partner_ = std::move(partner);
       left_ = std::move(left);
@@ -231,7 +229,7 @@ Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
   }
   analysis.ok = true;
   analysis.factor_entries = 4 * static_cast<std::int64_t>(tree_.entries());
-  const std::vector<Index>& starts = tree_.column_starts;
+  const Array<Index>& starts = tree_.column_starts;
   for (std::size_t node = 0; node + 1 < starts.size(); ++node) {  // two columns each
     const double below = 2.0 * (starts[node + 1] - starts[node]);
     analysis.flops += 2.0 * below * (below + 2.0);
@@ -247,36 +245,35 @@ std::unique_ptr<SymmetricSolver> PairedLdltSolver::same_analysis(
 /// Nodes, and a fill-reducing order of their graph.
 void PairedLdltSolver::order(const SymmetricMatrix& matrix) {
   const Index n = matrix.dimension();
-  std::vector<Index> node(at(n));
+  Array<Index> node(n);
   nodes_ = 0;
   for (Index i = 0; i < n; ++i) {
-    const Index partner = partner_[at(i)];
-    node[at(i)] = partner < i ? node[at(partner)] : nodes_++;
+    const Index partner = partner_[i];
+    node[i] = partner < i ? node[partner] : nodes_++;
   }
-  std::vector<Triplet> edges;
+  Array<Triplet> edges;
   for_each_below(matrix, [&](Index i, Index j, double) {
-    if (node[at(i)] != node[at(j)]) edges.push_back({node[at(i)], node[at(j)]});
+    if (node[i] != node[j]) edges.push_back({node[i], node[j]});
   });
-  std::vector<Index> position =
-      choose_ordering(SymmetricMatrix(nodes_, edges), ordering_).new_index;
-  std::vector<bool> waits(at(nodes_), false);
+  Array<Index> position = choose_ordering(SymmetricMatrix(nodes_, edges), ordering_).new_index;
+  Array<bool> waits(nodes_, false);
   for (Index i = 0; i < n; ++i) {
-    if (left_[at(i)]) waits[at(node[at(i)])] = true;
+    if (left_[i]) waits[node[i]] = true;
   }
   postpone(edges, waits, position);
   place_.resize(at(n));
   single_.assign(at(nodes_), false);
   for (Index i = 0; i < n; ++i) {
-    const Index k = position[at(node[at(i)])];
-    place_[at(i)] = 2 * k + (partner_[at(i)] < i ? 1 : 0);
-    if (partner_[at(i)] == i) single_[at(k)] = true;
+    const Index k = position[node[i]];
+    place_[i] = 2 * k + (partner_[i] < i ? 1 : 0);
+    if (partner_[i] == i) single_[k] = true;
   }
 }
 
 void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
   std::vector<std::pair<Index, Index>> places;  // (row, column) of the nodes of each entry
   for_each_below(matrix, [&](Index i, Index j, double) {
-    const auto [first, last] = std::minmax({place_[at(i)] / 2, place_[at(j)] / 2});
+    const auto [first, last] = std::minmax({place_[i] / 2, place_[j] / 2});
     if (first != last) places.emplace_back(last, first);
   });
   std::ranges::sort(places);
@@ -284,7 +281,7 @@ void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
   row_starts_.assign(at(nodes_) + 1, 0);
   row_columns_.clear();
   for (const auto& [row, column] : places) {
-    ++row_starts_[at(row) + 1];
+    ++row_starts_[row + 1];
     row_columns_.push_back(column);
   }
   std::partial_sum(row_starts_.begin(), row_starts_.end(), row_starts_.begin());
@@ -292,14 +289,13 @@ void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
   diagonal_.resize(at(nodes_));
 
   const auto target = [&](Index i, Index j) -> double* {
-    const auto [first, last] = std::minmax({place_[at(i)], place_[at(j)]});
+    const auto [first, last] = std::minmax({place_[i], place_[j]});
     const std::size_t inside = at(2 * (last % 2) + first % 2);
     const Index row = last / 2, column = first / 2;
-    if (row == column) return &diagonal_[at(row)][inside];
-    const auto begin = row_columns_.begin() + row_starts_[at(row)];
-    const auto found =
-        std::lower_bound(begin, row_columns_.begin() + row_starts_[at(row) + 1], column);
-    return &row_blocks_[at(static_cast<Index>(found - row_columns_.begin()))][inside];
+    if (row == column) return &diagonal_[row][inside];
+    const auto begin = row_columns_.begin() + row_starts_[row];
+    const auto found = std::lower_bound(begin, row_columns_.begin() + row_starts_[row + 1], column);
+    return &row_blocks_[static_cast<Index>(found - row_columns_.begin())][inside];
   };
   entry_.clear();
   const auto starts = matrix.column_starts();
@@ -323,17 +319,17 @@ void PairedLdltSolver::load_values(const SymmetricMatrix& matrix) {
 
 /// One row of L; returns the pivot, [0], [2] = [1] and [3] of it.
 PairedLdltSolver::Block PairedLdltSolver::eliminate_row(Index node) {
-  for (Index p = row_starts_[at(node)]; p < row_starts_[at(node) + 1]; ++p) {
-    row_[at(row_columns_[at(p)])] = row_blocks_[at(p)];
+  for (Index p = row_starts_[node]; p < row_starts_[node + 1]; ++p) {
+    row_[row_columns_[p]] = row_blocks_[p];
   }
-  Block pivot = diagonal_[at(node)];
-  for (Index r = pattern_.row_starts[at(node)]; r < pattern_.row_starts[at(node) + 1]; ++r) {
-    const std::size_t i = at(pattern_.columns[at(r)]);
+  Block pivot = diagonal_[node];
+  for (Index r = pattern_.row_starts[node]; r < pattern_.row_starts[node + 1]; ++r) {
+    const std::size_t i = at(pattern_.columns[r]);
     const Block y = row_[i];
     row_[i] = {};
     for (Index p = tree_.column_starts[i]; p < ends_[i]; ++p) {
-      const Block& l = blocks_[at(p)];
-      Block& target = row_[at(pattern_.rows[at(p)])];
+      const Block& l = blocks_[p];
+      Block& target = row_[pattern_.rows[p]];
       target[0] -= y[0] * l[0] + y[1] * l[1];
       target[1] -= y[0] * l[2] + y[1] * l[3];
       target[2] -= y[2] * l[0] + y[3] * l[1];
@@ -345,7 +341,7 @@ PairedLdltSolver::Block PairedLdltSolver::eliminate_row(Index node) {
     pivot[0] -= l[0] * y[0] + l[1] * y[1];
     pivot[2] -= l[2] * y[0] + l[3] * y[1];
     pivot[3] -= l[2] * y[2] + l[3] * y[3];
-    blocks_[at(ends_[i]++)] = l;
+    blocks_[ends_[i]++] = l;
   }
   return pivot;
 }
@@ -357,9 +353,9 @@ void PairedLdltSolver::take_pivot(Index node, const Block& pivot, Pivots& pivots
     pivots.ok = false;
     return;
   }
-  inverse_[at(node)] = {c / determinant, -b / determinant, -b / determinant, a / determinant};
+  inverse_[node] = {c / determinant, -b / determinant, -b / determinant, a / determinant};
   Inertia& inertia = pivots.inertia;
-  if (single_[at(node)]) {
+  if (single_[node]) {
     ++(a > 0.0 ? inertia.positive : inertia.negative);
     pivots.smallest = std::min(pivots.smallest, std::abs(a));
     return;
@@ -396,7 +392,7 @@ bool PairedLdltSolver::make_room() {
 PairedLdltSolver::Pivots PairedLdltSolver::eliminate(std::span<const Index> nodes) {
   Pivots pivots;
   for (const Index k : nodes) {
-    ends_[at(k)] = tree_.column_starts[at(k)];
+    ends_[k] = tree_.column_starts[k];
     take_pivot(k, eliminate_row(k), pivots);
     if (!pivots.ok) break;
   }
@@ -438,14 +434,14 @@ void PairedLdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
 }
 
 void PairedLdltSolver::solve_one(std::span<double> rhs) {
-  std::vector<double>& x = permuted_;
+  Array<double>& x = permuted_;
   std::ranges::fill(x, 0.0);
-  for (std::size_t i = 0; i < rhs.size(); ++i) x[at(place_[i])] = rhs[i];
+  for (std::size_t i = 0; i < rhs.size(); ++i) x[place_[i]] = rhs[i];
   for (std::size_t j = 0; j < at(nodes_); ++j) {
     const double x0 = x[2 * j], x1 = x[2 * j + 1];
     for (Index p = tree_.column_starts[j]; p < ends_[j]; ++p) {
-      const Block& l = blocks_[at(p)];
-      const std::size_t i = 2 * at(pattern_.rows[at(p)]);
+      const Block& l = blocks_[p];
+      const std::size_t i = 2 * at(pattern_.rows[p]);
       x[i] -= l[0] * x0 + l[1] * x1;
       x[i + 1] -= l[2] * x0 + l[3] * x1;
     }
@@ -455,15 +451,15 @@ void PairedLdltSolver::solve_one(std::span<double> rhs) {
     double x0 = d[0] * x[2 * j] + d[1] * x[2 * j + 1];
     double x1 = d[2] * x[2 * j] + d[3] * x[2 * j + 1];
     for (Index p = tree_.column_starts[j]; p < ends_[j]; ++p) {
-      const Block& l = blocks_[at(p)];
-      const std::size_t i = 2 * at(pattern_.rows[at(p)]);
+      const Block& l = blocks_[p];
+      const std::size_t i = 2 * at(pattern_.rows[p]);
       x0 -= l[0] * x[i] + l[2] * x[i + 1];
       x1 -= l[1] * x[i] + l[3] * x[i + 1];
     }
     x[2 * j] = x0;
     x[2 * j + 1] = x1;
   }
-  for (std::size_t i = 0; i < rhs.size(); ++i) rhs[i] = x[at(place_[i])];
+  for (std::size_t i = 0; i < rhs.size(); ++i) rhs[i] = x[place_[i]];
 }
 
 double PairedLdltSolver::predict_inverse_product_flops(const SparseColumns& b) const {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "linalg/array.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
 #include "linalg/tree_parts.hpp"
@@ -64,26 +65,25 @@ class PairedLdltSolver final : public SymmetricSolver {
   Ordering ordering_;
   double gamma_;
   int threads_;
-  std::vector<Index> partner_;  ///< of each row of the matrix; itself: none
-  std::vector<bool> left_;      ///< rows with a small diagonal and no partner
+  Array<Index> partner_;  ///< of each row of the matrix; itself: none
+  Array<bool> left_;      ///< rows with a small diagonal and no partner
   Index nodes_ = 0;
-  std::vector<Index>
-      place_;  ///< of each row: 2 * node in the order of elimination, + 1: second row
-  std::vector<bool> single_;  ///< by node
+  Array<Index> place_;  ///< of each row: 2 * node in the order of elimination, + 1: second row
+  Array<bool> single_;  ///< by node
   // The matrix by rows of nodes: blocks with the columns of nodes before, and on the diagonal.
-  std::vector<Index> row_starts_, row_columns_;
-  std::vector<Block> row_blocks_, diagonal_;
+  Array<Index> row_starts_, row_columns_;
+  Array<Block> row_blocks_, diagonal_;
   std::vector<double*> entry_;  ///< where each entry of the matrix goes
   // L by columns of nodes, and the inverse of D.
   EliminationTree tree_;
-  FactorPattern pattern_;    // made by the first factorization
-  std::vector<Index> ends_;  // of the columns' entries made so far
-  std::vector<Block> blocks_, inverse_;
-  std::vector<Block> row_;  // one row of L D under elimination; else zero
+  FactorPattern pattern_;  // made by the first factorization
+  Array<Index> ends_;      // of the columns' entries made so far
+  Array<Block> blocks_, inverse_;
+  Array<Block> row_;  // one row of L D under elimination; else zero
   TreeParts parts_;
-  std::vector<Pivots> pivots_;  // by part
+  Array<Pivots> pivots_;  // by part
   Workers workers_;
-  std::vector<double> permuted_;
+  Array<double> permuted_;
   bool factorized_ = false;
 };
 

@@ -38,9 +38,9 @@ struct Subtree {
 
 /// Subtrees over bins, the most expensive one first, each to where least is.
 struct Balance {
-  explicit Balance(std::vector<Subtree> all, std::size_t bins) : subtrees(std::move(all)) {
+  explicit Balance(Array<Subtree> all, std::size_t bins) : subtrees(std::move(all)) {
     std::ranges::sort(subtrees, std::greater<>());
-    std::vector<double> load(bins, 0.0);
+    Array<double> load(bins, 0.0);
     bin.reserve(subtrees.size());
     for (const Subtree& subtree : subtrees) {
       const auto least = std::ranges::min_element(load);
@@ -49,8 +49,8 @@ struct Balance {
     }
     longest = *std::ranges::max_element(load);
   }
-  std::vector<Subtree> subtrees;
-  std::vector<Index> bin;  ///< of each
+  Array<Subtree> subtrees;
+  Array<Index> bin;  ///< of each
   double longest = 0.0;
 };
 
@@ -62,18 +62,18 @@ class Cutter {
   [[nodiscard]] double best() const { return best_; }
   void cut(std::size_t bins);
   /// Per row its part; -1: the rest.
-  [[nodiscard]] std::vector<Index> parts() const;
+  [[nodiscard]] Array<Index> parts() const;
 
  private:
   void push(Index root) {
-    heap_.push_back({subtree_[at(root)], root});
+    heap_.push_back({subtree_[root], root});
     std::ranges::push_heap(heap_);
   }
   const EliminationTree& tree_;
   std::span<const double> row_costs_;
-  std::vector<double> subtree_;  // cost of each row and its descendants
-  std::vector<Index> child_, sibling_;
-  std::vector<Subtree> heap_;
+  Array<double> subtree_;  // cost of each row and its descendants
+  Array<Index> child_, sibling_;
+  Array<Subtree> heap_;
   double cost_ = 0.0;
   double best_ = 0.0;                               // of the longest bin and the rest
   std::vector<std::pair<Index, Index>> best_bins_;  // of roots
@@ -86,14 +86,14 @@ Cutter::Cutter(const EliminationTree& tree, std::span<const double> row_costs)
       child_(row_costs.size(), -1),
       sibling_(row_costs.size(), -1) {
   for (Index j = 0; j < tree.dimension(); ++j) {
-    const Index parent = tree.parent[at(j)];
+    const Index parent = tree.parent[j];
     cost_ += row_costs[at(j)];
     if (parent < 0) {
       push(j);
       continue;
     }
-    subtree_[at(parent)] += subtree_[at(j)];
-    sibling_[at(j)] = std::exchange(child_[at(parent)], j);
+    subtree_[parent] += subtree_[j];
+    sibling_[j] = std::exchange(child_[parent], j);
   }
   best_ = cost_;
 }
@@ -119,16 +119,16 @@ void Cutter::cut(std::size_t bins) {
     std::ranges::pop_heap(heap_);
     heap_.pop_back();
     rest += row_costs_[at(largest.root)];
-    for (Index j = child_[at(largest.root)]; j >= 0; j = sibling_[at(j)]) push(j);
+    for (Index j = child_[largest.root]; j >= 0; j = sibling_[j]) push(j);
   }
 }
 
-std::vector<Index> Cutter::parts() const {
-  std::vector<Index> part(subtree_.size(), -1);
-  for (const auto& [root, bin] : best_bins_) part[at(root)] = bin;
+Array<Index> Cutter::parts() const {
+  Array<Index> part(subtree_.size(), -1);
+  for (const auto& [root, bin] : best_bins_) part[root] = bin;
   for (std::size_t j = part.size(); j-- > 0;) {
     const Index parent = tree_.parent[j];
-    if (parent >= 0 && part[at(parent)] >= 0) part[j] = part[at(parent)];
+    if (parent >= 0 && part[parent] >= 0) part[j] = part[parent];
   }
   return part;
 }
@@ -146,42 +146,42 @@ struct PermutedRows {
     };
     for_each([&](Index row, Index) { ++starts[at(row) + 1]; });
     std::partial_sum(starts.begin(), starts.end(), starts.begin());
-    std::vector<Index> next(starts.begin(), starts.end() - 1);
+    Array<Index> next(starts.begin(), starts.end() - 1);
     columns.resize(a.columns.size());
-    for_each([&](Index row, Index column) { columns[at(next[at(row)]++)] = column; });
+    for_each([&](Index row, Index column) { columns[next[row]++] = column; });
   }
-  std::vector<Index> starts, columns;
+  Array<Index> starts, columns;
 };
 
 /// The lowest row whose subtree costs half of all.
 Index middle_of(const EliminationTree& tree, std::span<const double> row_costs) {
-  std::vector<double> subtree(row_costs.begin(), row_costs.end());
+  Array<double> subtree(row_costs.begin(), row_costs.end());
   const double all = std::accumulate(row_costs.begin(), row_costs.end(), 0.0);
   for (Index j = 0; j < tree.dimension(); ++j) {
-    const Index parent = tree.parent[at(j)];
-    if (subtree[at(j)] >= 0.5 * all) return j;
-    if (parent >= 0) subtree[at(parent)] += subtree[at(j)];
+    const Index parent = tree.parent[j];
+    if (subtree[j] >= 0.5 * all) return j;
+    if (parent >= 0) subtree[parent] += subtree[j];
   }
   return tree.dimension() - 1;  // of a forest of small trees
 }
 
 }  // namespace
 
-std::vector<double> row_costs(const EliminationTree& tree, const FactorPattern& pattern,
-                              const EliminationCost& cost) {
-  std::vector<double> costs(at(tree.dimension()));
-  std::vector<Index> before(costs.size(), 0);  // entries of each column so far
+Array<double> row_costs(const EliminationTree& tree, const FactorPattern& pattern,
+                        const EliminationCost& cost) {
+  Array<double> costs(at(tree.dimension()));
+  Array<Index> before(costs.size(), 0);  // entries of each column so far
   for (std::size_t k = 0; k < costs.size(); ++k) {
     costs[k] = cost.row;
     for (Index r = pattern.row_starts[k]; r < pattern.row_starts[k + 1]; ++r) {
-      costs[k] += cost.entry + cost.update * before[at(pattern.columns[at(r)])]++;
+      costs[k] += cost.entry + cost.update * before[pattern.columns[r]]++;
     }
   }
   return costs;
 }
 
 std::span<const Index> TreeParts::part(int p) const {
-  const std::size_t begin = at(starts[at(p)]);
+  const std::size_t begin = at(starts[p]);
   return {rows.data() + begin, at(starts[at(p) + 1]) - begin};
 }
 
@@ -201,14 +201,14 @@ TreeParts split(const EliminationTree& tree, std::span<const double> row_costs, 
   cutter.cut(static_cast<std::size_t>(bins));
   if (cutter.best() * kLeastGain > parts.cost) return parts;
   parts.longest = cutter.best();
-  const std::vector<Index> part = cutter.parts();
+  const Array<Index> part = cutter.parts();
   parts.starts.assign(static_cast<std::size_t>(bins) + 1, 0);
   for (const Index p : part) {
     if (p >= 0) ++parts.starts[at(p) + 1];
   }
   std::partial_sum(parts.starts.begin(), parts.starts.end(), parts.starts.begin());
   std::ranges::stable_sort(parts.rows, std::less<>(), [&](Index k) {
-    return part[at(k)] < 0 ? std::numeric_limits<Index>::max() : part[at(k)];
+    return part[k] < 0 ? std::numeric_limits<Index>::max() : part[k];
   });
   return parts;
 }
@@ -219,7 +219,7 @@ TreeParts parts_for_threads(const EliminationTree& tree, const FactorPattern& pa
   const double at_most =
       cost.row * dimension + tree.entries() * (cost.entry + cost.update * dimension);
   if (threads > 1 && at_most >= kWorthThreads) {
-    const std::vector<double> costs = row_costs(tree, pattern, cost);
+    const Array<double> costs = row_costs(tree, pattern, cost);
     const double all = std::accumulate(costs.begin(), costs.end(), 0.0);
     if (all >= kWorthThreads) return split(tree, costs, threads, kLeastPart);
   }
@@ -235,13 +235,13 @@ bool is_worth_threads(Index dimension, double entries, double operations) {
          kWorthThreads;
 }
 
-std::vector<Index> order_for_two_parts(const LowerRows& a) {
+Array<Index> order_for_two_parts(const LowerRows& a) {
   const EliminationTree tree = elimination_tree(a);
-  std::vector<Index> place;
+  Array<Index> place;
   TreeParts given;
   {
     const FactorPattern pattern = factor_pattern(a, tree);
-    const std::vector<double> costs = row_costs(tree, pattern, kUsualCost);
+    const Array<double> costs = row_costs(tree, pattern, kUsualCost);
     given = split(tree, costs, 2, kLeastPart);
     if (given.cost > kDividesWell * given.longest) return {};
     place = order_without_fill(tree, pattern, middle_of(tree, costs));
@@ -256,10 +256,10 @@ std::vector<Index> order_for_two_parts(const LowerRows& a) {
     return {};
   }
   // Subtrees without gaps, for the cache.
-  const std::vector<Index> post = postorder(other_tree.parent);
-  std::vector<Index> in_postorder(post.size());
-  for (std::size_t k = 0; k < post.size(); ++k) in_postorder[at(post[k])] = static_cast<Index>(k);
-  for (Index& k : place) k = in_postorder[at(k)];
+  const Array<Index> post = postorder(other_tree.parent);
+  Array<Index> in_postorder(post.size());
+  for (std::size_t k = 0; k < post.size(); ++k) in_postorder[post[k]] = static_cast<Index>(k);
+  for (Index& k : place) k = in_postorder[k];
   return place;
 }
 

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "linalg/array.hpp"
 #include "linalg/elimination_tree.hpp"
 
 namespace ipminmax {
@@ -15,17 +16,16 @@ struct EliminationCost {
 };
 
 /// Of each row, counted: from L's entries in it and those before it in their columns.
-[[nodiscard]] std::vector<double> row_costs(const EliminationTree& tree,
-                                            const FactorPattern& pattern,
-                                            const EliminationCost& cost);
+[[nodiscard]] Array<double> row_costs(const EliminationTree& tree, const FactorPattern& pattern,
+                                      const EliminationCost& cost);
 
 /// Rows in sets that can be eliminated at the same time, each in ascending order: a row needs those
 /// of its own subtree alone. The rest is eliminated last.
 struct TreeParts {
-  std::vector<Index> rows;       ///< of the first set, of the next, ..., and the rest
-  std::vector<Index> starts{0};  ///< of each set, and of the rest
-  double cost = 0.0;             ///< of all rows
-  double longest = 0.0;          ///< of the most expensive set and the rest
+  Array<Index> rows;       ///< of the first set, of the next, ..., and the rest
+  Array<Index> starts{0};  ///< of each set, and of the rest
+  double cost = 0.0;       ///< of all rows
+  double longest = 0.0;    ///< of the most expensive set and the rest
   [[nodiscard]] int count() const { return static_cast<int>(starts.size()) - 1; }
   [[nodiscard]] std::span<const Index> part(int p) const;
   [[nodiscard]] std::span<const Index> rest() const;
@@ -48,6 +48,6 @@ struct TreeParts {
 /// The place of each row in an order of elimination with no more fill, whose tree divides in two
 /// where that of the given one does not: a chain is eliminated from both ends. Empty where
 /// that gains too little. Throws std::bad_alloc.
-[[nodiscard]] std::vector<Index> order_for_two_parts(const LowerRows& a);
+[[nodiscard]] Array<Index> order_for_two_parts(const LowerRows& a);
 
 }  // namespace ipminmax

@@ -42,7 +42,7 @@ std::vector<double> random_vector(std::size_t size, unsigned seed) {
 
 /// Eliminated in the order of the rows.
 OrderingChoice natural_order(const SymmetricMatrix& matrix) {
-  std::vector<Index> order(static_cast<std::size_t>(matrix.dimension()));
+  Array<Index> order(matrix.dimension());
   std::iota(order.begin(), order.end(), 0);
   const FactorSize size = predict_factor_size(matrix, order);
   return {Ordering::Amd, std::move(order), size};

@@ -24,8 +24,8 @@ bool is_permutation_of_rows(std::vector<Index> order, Index n) {
   return order == expected;
 }
 
-std::vector<Index> natural_order(Index n) {
-  std::vector<Index> order(static_cast<std::size_t>(n));
+Array<Index> natural_order(Index n) {
+  Array<Index> order(n);
   std::iota(order.begin(), order.end(), 0);
   return order;
 }
