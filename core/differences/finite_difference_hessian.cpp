@@ -7,6 +7,7 @@
 #include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
+#include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -22,37 +23,13 @@ constexpr std::array kShorter{1.0, 0.1, 1e-2, 1e-3};
 /// seen, this share of their own size, and so many roundings.
 constexpr double kErrors = 10.0, kShare = 1e-7, kErrorRoundings = 20.0;
 
-/// Whether sizes and indices allow to look further.
-bool is_well_formed(const ProblemStructure& s) {
-  const std::size_t n = s.variable_players.size();
-  const std::size_t m = s.constraint_players.size();
-  const auto in_range = [](Index i, std::size_t size) { return i >= 0 && at(i) < size; };
-  if (s.variable_lower.size() != n || s.variable_upper.size() != n ||
-      s.constraint_lower.size() != m || s.constraint_upper.size() != m) {
-    return false;
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!(s.variable_lower[i] <= s.variable_upper[i])) return false;
-  }
-  return std::ranges::all_of(s.jacobian,
-                             [&](const Triplet& entry) {
-                               return in_range(entry.row, m) && in_range(entry.col, n);
-                             }) &&
-         std::ranges::all_of(s.hessian, [&](const Triplet& entry) {
-           return in_range(entry.row, n) && in_range(entry.col, n);
-         });
-}
-
-bool before(const Triplet& a, const Triplet& b) {
-  return std::pair(a.row, a.col) < std::pair(b.row, b.col);
-}
-
 /// Each pair once, row >= col.
 void make_unique(std::vector<Triplet>& pattern) {
   for (Triplet& entry : pattern) {
     if (entry.row < entry.col) std::swap(entry.row, entry.col);
   }
-  std::sort(pattern.begin(), pattern.end(), before);
+  std::ranges::sort(pattern, {},
+                    [](const Triplet& entry) { return std::pair(entry.row, entry.col); });
   pattern.erase(std::unique(pattern.begin(), pattern.end()), pattern.end());
 }
 
@@ -67,41 +44,33 @@ FiniteDifferenceHessian::FiniteDifferenceHessian(Problem& model, const SolverOpt
       step_(options.minmax_difference_step),
       structure_(model.structure()),
       warm_start_(options.warm_start_init_point) {
-  if (!is_well_formed(structure_)) return;
+  if (!check_indices(structure_).empty()) return;
   const std::size_t n = structure_.variable_lower.size();
   free_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    free_[i] = structure_.variable_lower[i] < structure_.variable_upper[i];
+    const double lower = structure_.variable_lower[i], upper = structure_.variable_upper[i];
+    if (!(lower <= upper)) return;
+    free_[i] = lower < upper;
   }
   offsets_.resize(n);
   choose_pattern(known);
 }
 
 void FiniteDifferenceHessian::choose_pattern(const std::vector<Triplet>* known) {
-  if (known != nullptr && !structure_.has_hessian) {
-    structure_.has_hessian = true;
-    set_pattern(*known);
-    return;
-  }
-  if (structure_.has_hessian) {
-    set_pattern(given_pattern());
-    return;
-  }
-  structure_.has_hessian = true;
-  set_pattern({});
-  if (!take_start() || !all_finite(start_->v)) {
-    return;
+  const bool given = std::exchange(structure_.has_hessian, true);
+  set_pattern(given ? given_pattern() : known != nullptr ? *known : std::vector<Triplet>());
+  if (given || known != nullptr || !take_start() || !all_finite(start_->v)) return;
+  std::vector<bool> looked_at = free_;
+  if (structure_.nonlinear_variables) {
+    looked_at.assign(free_.size(), false);
+    for (const Index i : *structure_.nonlinear_variables) {
+      if (i >= 0 && at(i) < free_.size()) looked_at[at(i)] = free_[at(i)];
+    }
   }
   std::vector<Index> variables;
-  if (structure_.nonlinear_variables) {
-    variables = *structure_.nonlinear_variables;
-    std::sort(variables.begin(), variables.end());
-    variables.erase(std::unique(variables.begin(), variables.end()), variables.end());
-    std::erase_if(variables, [&](Index i) { return i < 0 || at(i) >= free_.size(); });
-  } else {
-    for (std::size_t i = 0; i < free_.size(); ++i) variables.push_back(static_cast<Index>(i));
+  for (std::size_t i = 0; i < free_.size(); ++i) {
+    if (looked_at[i]) variables.push_back(static_cast<Index>(i));
   }
-  std::erase_if(variables, [&](Index i) { return !free_[at(i)]; });
   PointSampler sampler(structure_, start_->v);
   const Index most =
       static_cast<Index>(free_.size()) / kVariablesPerEvaluation + kFewestEvaluations;
@@ -230,12 +199,6 @@ bool FiniteDifferenceHessian::jacobian(std::span<const double> v, bool new_v,
 
 // --- Differences ---------------------------------------------------------------------------------
 
-bool FiniteDifferenceHessian::evaluate(std::span<const double> v, const Multipliers& multipliers,
-                                       FirstDerivatives& derivatives) {
-  moved_ = true;
-  return source_.evaluate(v, derivatives, multipliers.sigma != 0.0, multipliers.weigh_any_row());
-}
-
 /// Leaves the first derivatives at v that count in base_, evaluating only what the last calls did
 /// not.
 bool FiniteDifferenceHessian::load_base(std::span<const double> v, const Multipliers& multipliers) {
@@ -279,11 +242,14 @@ FiniteDifferenceHessian::Offsets FiniteDifferenceHessian::offsets(std::size_t i,
   return {rounded(first), rounded(second)};
 }
 
-/// change = sigma (grad f - base) + (J - base)' lambda, so that what does not vary cancels exactly;
-/// magnitude_ = the sizes of the terms that do, for their rounding errors.
-void FiniteDifferenceHessian::subtract_base(const FirstDerivatives& derivatives,
-                                            const Multipliers& multipliers,
-                                            std::vector<double>& change) {
+/// change = sigma (grad f - base) + (J - base)' lambda at trial_, so that what does not vary cancels
+/// exactly; magnitude_ = the sizes of the terms that do, for their rounding errors. False: undefined.
+bool FiniteDifferenceHessian::find_change(const Multipliers& multipliers,
+                                          std::vector<double>& change) {
+  moved_ = true;
+  if (!source_.evaluate(trial_, ahead_, multipliers.sigma != 0.0, multipliers.weigh_any_row())) {
+    return false;
+  }
   const std::size_t n = free_.size();
   change.assign(n, 0.0);
   magnitude_.resize(n, 0.0);
@@ -294,14 +260,15 @@ void FiniteDifferenceHessian::subtract_base(const FirstDerivatives& derivatives,
   };
   if (multipliers.sigma != 0.0) {
     for (std::size_t i = 0; i < n; ++i) {
-      add(i, multipliers.sigma, derivatives.gradient[i], base_.gradient[i]);
+      add(i, multipliers.sigma, ahead_.gradient[i], base_.gradient[i]);
     }
   }
   for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
     const auto [row, col] = structure_.jacobian[k];
     const double weight = multipliers.lambda[at(row)];
-    if (weight != 0.0) add(at(col), weight, derivatives.jacobian[k], base_.jacobian[k]);
+    if (weight != 0.0) add(at(col), weight, ahead_.jacobian[k], base_.jacobian[k]);
   }
+  return true;
 }
 
 bool FiniteDifferenceHessian::difference(std::span<const Index> variables,
@@ -316,12 +283,11 @@ bool FiniteDifferenceHessian::difference(std::span<const Index> variables,
   }
   std::fill(magnitude_.begin(), magnitude_.end(), 0.0);
   trial_.assign(v.begin(), v.end());
-  for (const Index j : variables) trial_[at(j)] = v[at(j)] + offsets_[at(j)].first;
-  if (!evaluate(trial_, multipliers, ahead_)) return false;
-  subtract_base(ahead_, multipliers, first_);
-  for (const Index j : variables) trial_[at(j)] = v[at(j)] + offsets_[at(j)].second;
-  if (!evaluate(trial_, multipliers, ahead_)) return false;
-  subtract_base(ahead_, multipliers, second_);
+  for (const auto& [offset, change] :
+       {std::pair{&Offsets::first, &first_}, std::pair{&Offsets::second, &second_}}) {
+    for (const Index j : variables) trial_[at(j)] = v[at(j)] + offsets_[at(j)].*offset;
+    if (!find_change(multipliers, *change)) return false;
+  }
   for (const auto& entry : entries) {
     // Slope at 0 of the parabola through (0, 0), (a, first), (b, second).
     const auto [a, b] = offsets_[at(entry.col)];
@@ -434,9 +400,7 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
          {std::pair{1.0, &first_}, std::pair{2.0, &second_}, std::pair{4.0, &third_}}) {
       trial_.assign(v.begin(), v.end());
       for (std::size_t i = 0; i < v.size(); ++i) trial_[i] += length * direction[i];
-      defined = defined && evaluate(trial_, multipliers, ahead_);
-      if (!defined) break;
-      subtract_base(ahead_, multipliers, *change);
+      defined = defined && find_change(multipliers, *change);
     }
     if (defined) break;
   }

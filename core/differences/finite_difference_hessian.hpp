@@ -90,8 +90,6 @@ class FiniteDifferenceHessian final : public Problem {
 
   [[nodiscard]] bool new_point(bool new_v);
   [[nodiscard]] bool load_base(std::span<const double> v, const Multipliers& multipliers);
-  [[nodiscard]] bool evaluate(std::span<const double> v, const Multipliers& multipliers,
-                              FirstDerivatives& derivatives);
   [[nodiscard]] double length_at(std::size_t i, double v) const;
   [[nodiscard]] Offsets offsets(std::size_t i, double v, double scale, Side side) const;
   [[nodiscard]] bool differences(std::span<const double> v, const Multipliers& multipliers,
@@ -105,8 +103,7 @@ class FiniteDifferenceHessian final : public Problem {
   [[nodiscard]] bool difference_alone(std::span<const HessianColoring::Entry> entries, double scale,
                                       std::span<const double> v, const Multipliers& multipliers,
                                       std::span<double> values, std::span<double> rounding);
-  void subtract_base(const FirstDerivatives& derivatives, const Multipliers& multipliers,
-                     std::vector<double>& change);
+  [[nodiscard]] bool find_change(const Multipliers& multipliers, std::vector<double>& change);
   /// Rows in which the values disagree with the difference along a random direction; empty
   /// optional: undefined along every direction tried.
   [[nodiscard]] std::optional<std::vector<Index>> disagreeing_rows(std::span<const double> v,
