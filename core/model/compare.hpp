@@ -50,6 +50,11 @@ struct ValueRange {
          !clearly_greater(lower, value, range, tol);
 }
 
+/// How far a value is outside its bounds; negative inside, NaN where the value is.
+[[nodiscard]] inline double excess(double value, double lower, double upper) {
+  return std::max(lower - value, value - upper);
+}
+
 /// In what differences of each variable are measured: the width of its box, or, without two finite
 /// bounds, the spread of the values seen, or, where these are one, its size.
 class VariableRanges {

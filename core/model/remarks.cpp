@@ -1,4 +1,5 @@
 #include "core/model/remarks.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 
@@ -177,8 +178,8 @@ std::string violated_by_max(const ProblemStructure& s, const SolverOptions& opti
   double most = options.constr_viol_tol;
   for (std::size_t j = 0; j < result.constraints.size(); ++j) {
     const double g = result.constraints[j];
-    const double excess = std::max(s.constraint_lower[j] - g, g - s.constraint_upper[j]);
-    if (s.constraint_players[j] == Player::Max && excess > most) most = excess, worst = j;
+    const double outside = excess(g, s.constraint_lower[j], s.constraint_upper[j]);
+    if (s.constraint_players[j] == Player::Max && outside > most) most = outside, worst = j;
   }
   if (!(most > options.constr_viol_tol)) return {};
   return "Max's constraints are not met at this x, " +
