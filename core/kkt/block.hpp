@@ -95,6 +95,8 @@ struct KktPattern {
 
 /// The values of a KktBlock, kept from one to the next.
 struct KktBlockArrays {
+  KktBlockArrays() = default;  // no aggregate: g++ 12 warns of `= {}` of what holds one
+
   SymmetricMatrix matrix_;
   Eigen::VectorXd diagonal_;  ///< at zero shift, per row
   BarrierTerms terms_;

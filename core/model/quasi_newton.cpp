@@ -85,11 +85,11 @@ std::shared_ptr<const LowRankHessian> QuasiNewton::matrix() const {
   result->columns.resize(variables_, 2 * p);
   result->middle.setZero(2 * p, 2 * p);
   for (Eigen::Index i = 0; i < p; ++i) {
-    const Pair& row = pairs_[at(i)];
+    const Pair& row = pairs_[static_cast<std::size_t>(i)];
     result->columns.col(i) = sigma_ * row.s;
     result->columns.col(p + i) = row.y;
     for (Eigen::Index j = 0; j < p; ++j) {
-      const Pair& col = pairs_[at(j)];
+      const Pair& col = pairs_[static_cast<std::size_t>(j)];
       result->middle(i, j) = sigma_ * row.s.dot(col.s);
       if (i > j) result->middle(i, p + j) = result->middle(p + j, i) = row.s.dot(col.y);
     }
