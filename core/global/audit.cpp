@@ -95,9 +95,8 @@ class Hearing {
       for (const Look& seen : looks_) {
         if (is_met(seen.g[j], s_.constraint_lower[j], s_.constraint_upper[j], ranges_[j], tol))
           continue;
-        const double excess =
-            std::max(seen.g[j] - s_.constraint_upper[j], s_.constraint_lower[j] - seen.g[j]);
-        const double beside = excess / std::max(ranges_[j].size(), kVanishingRange);
+        const double beside = excess(seen.g[j], s_.constraint_lower[j], s_.constraint_upper[j]) /
+                              std::max(ranges_[j].size(), kVanishingRange);
         if (beside > largest)
           worst = {.constraint = row, .v = seen.v, .value = seen.g[j], .active = true};
         largest = std::max(largest, beside);
@@ -115,10 +114,9 @@ class Hearing {
     if (j >= result_.constraints.size()) return false;
     const double g = result_.constraints[j];
     const double lower = s_.constraint_lower[j], upper = s_.constraint_upper[j];
-    const double excess = std::max(g - upper, lower - g);
     const double bound = g > upper ? upper : lower;
-    return excess > kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
-                        2.0 * relaxation(bound, upper - lower, options_);
+    return excess(g, lower, upper) > kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
+                                         2.0 * relaxation(bound, upper - lower, options_);
   }
 
   /// The answer with another y, Max's variables, cut by the bounds; empty: it is the answer's.
@@ -369,17 +367,16 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
                           .constraints = {}});
   };
   for (std::size_t j = 0; j < std::min(result.constraints.size(), result.lambda.size()); ++j) {
-    const double g = result.constraints[j];
-    const double leaves_by = std::max(s.constraint_lower[j] - g, g - s.constraint_upper[j]);
-    const double change = leaves_by * std::abs(result.lambda[j]);
+    const double change =
+        excess(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]) *
+        std::abs(result.lambda[j]);
     const auto row = static_cast<Index>(j);
     if (!(change > counts_from)) continue;
     return add(s.constraint_players[j], constraint_name(s, row), change).constraints.push_back(row);
   }
   std::vector<double> gradient;
   for (std::size_t i = 0; i < result.v.size(); ++i) {
-    const double v = result.v[i];
-    const double leaves_by = std::max(s.variable_lower[i] - v, v - s.variable_upper[i]);
+    const double leaves_by = excess(result.v[i], s.variable_lower[i], s.variable_upper[i]);
     if (leaves_by <= 2.0 * options.bound_relax_factor) continue;
     if (gradient.empty()) {
       gradient.resize(result.v.size());

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/global/robust_search.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/epigraph.hpp"
@@ -43,18 +44,17 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   double largest = 0.0, violation = 0.0;
   const RobustWorstCase* worst = nullptr;
   const auto excess_of = [&](const std::vector<double>& g, std::size_t row) {
-    return std::max(g[row] - s.constraint_upper[row], s.constraint_lower[row] - g[row]);
+    return excess(g[row], s.constraint_lower[row], s.constraint_upper[row]);
   };
   for (RobustWorstCase& found : least.worst_cases) {
     std::vector<double> g(s.constraint_players.size());
     if (!form_.asked.constraints(found.v, true, g)) return;
     const auto row = at(found.constraint);
     found.value = g[row];  // was that of the relaxed row
-    const double excess = excess_of(g, row);
-    const double beside = excess * rows.units().factor[row];
+    const double beside = excess_of(g, row) * rows.units().factor[row];
     if (beside <= largest) continue;
     largest = beside;
-    violation = excess;
+    violation = excess_of(g, row);
     worst = &found;
   }
   if (worst == nullptr || !(largest > kClearViolation * options_.constr_viol_tol)) return;
