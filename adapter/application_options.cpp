@@ -299,11 +299,13 @@ Rows output_rows() {
        "found (starts that ended there), first start, margin, status, variables; empty: none.",
        Name{""}},
       {"output_file", category, "Name of an output file; empty: none.", Name{""}},
-      {"file_append", category, "Whether output files are continued instead of written anew.",
+      {"file_append", category,
+       "Whether output is appended to existing files instead of replacing them.",
        Flag{nullptr, false}},
       {"file_print_level", category, "Verbosity of the output file; unset: that of print_level.",
        Integer{nullptr, 0, kLastLevel, Ipopt::J_ITERSUMMARY}},
-      {"print_frequency_iter", category, "An iteration is printed when its number is a multiple.",
+      {"print_frequency_iter", category,
+       "An iteration is printed if its number is a multiple of this.",
        Integer{nullptr, 1, kMost, 1}},
       {"print_frequency_time", category,
        "Seconds that have to pass after a printed iteration before the next.",
@@ -329,16 +331,17 @@ Rows player_rows() {
   const std::string_view category = "Players";
   return {
       {"minmax_max_variables", category,
-       "Variables of Max, as in \"3 5-9 wind\": indices from 0, ranges, names that the model gives "
-       "(idx_names); wind also names wind[1], wind[2], ... An error where the model itself says "
-       "something else.",
+       "Variables of Max, for example \"3 5-9 wind\": indices from 0, ranges, names "
+       "that the model gives (idx_names). wind also names wind[1], wind[2], ... It is "
+       "an error if the model itself says something else.",
        Name{""}},
       {"minmax_max_constraints", category,
-       "Constraints given to Max besides those that depend on a variable of Max, listed alike.",
+       "Constraints given to Max although they read no variable of Max, listed in the "
+       "same way.",
        Name{""}},
       {"minmax_min_constraints", category,
-       "Constraints given to Min although they depend on a variable of Max, listed alike: they "
-       "must hold for every value of it (robust constraints).",
+       "Constraints given to Min although they read a variable of Max, listed in the "
+       "same way. They must hold for every value of it (robust constraints).",
        Name{""}},
   };
 }
@@ -347,22 +350,21 @@ Rows other_rows() {
   const std::string_view category = "Miscellaneous";
   return {
       {"minmax_as_printed", category,
-       "Algorithm 1 as printed in the paper: other values of minmax_globalization and a dozen more "
-       "options where they are not set (as_printed in core/options.hpp).",
+       "Whether Algorithm 1 is used as printed in the paper. This changes "
+       "minmax_globalization and a dozen more options that are not set (as_printed in "
+       "core/options.hpp).",
        Flag{nullptr, false}},
       {"hsllib", "Linear Solver",
-       "Library of linear_solver ma57 or ma97, loaded at run time. Where it is not set and "
-       "libhsl.so is not found, they mean auto.",
+       "Library of linear_solver ma57 or ma97, loaded at run time. If it is not set "
+       "and libhsl.so is not found, they mean auto.",
        Name{"libhsl.so"}},
       {"pardisolib", "Linear Solver",
-       "Library of linear_solver pardiso or pardisomkl, loaded at run time, alike; pardisomkl "
-       "takes "
-       "libmkl_rt.so where it is not set.",
+       "Library of linear_solver pardiso or pardisomkl, loaded at run time in the "
+       "same way. If it is not set, pardisomkl takes libmkl_rt.so.",
        Name{"libpardiso.so"}},
       {"minmax_spral_library", "Linear Solver",
-       "Library of linear_solver spral, loaded at run time, alike; SPRAL needs "
-       "OMP_CANCELLATION=TRUE "
-       "in the environment.",
+       "Library of linear_solver spral, loaded at run time in the same way. SPRAL "
+       "needs OMP_CANCELLATION=TRUE in the environment.",
        Name{"libspral.so"}},
       {"option_file_name", category, "Name of the options file; empty: none.",
        Name{"ipminmax.opt"}},

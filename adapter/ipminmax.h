@@ -67,45 +67,45 @@ enum IpminmaxPointKind {
 enum IpminmaxSecondOrder {
   IPMINMAX_NOT_TESTED = 0, /* not a first-order point, or minmax_certificate none */
   IPMINMAX_SATISFIED = 1,
-  IPMINMAX_UNDECIDED = 2, /* none of the others could be shown; see reasons */
+  IPMINMAX_UNDECIDED = 2, /* nothing could be shown; see reasons */
   IPMINMAX_VIOLATED = 3,  /* an eigenvalue has a definite wrong sign: not a local minmax */
   IPMINMAX_FLAT = 4 /* not refuted, the value is constant along directions without curvature */
 };
 
-/* What was shown of the maximizer's answer y; unknown where x is not certified. */
+/* What is known of y, Max's answer to x; unknown if the point is not certified. */
 enum IpminmaxAnswer {
   IPMINMAX_ANSWER_UNKNOWN = 0,
-  IPMINMAX_ANSWER_STRICTLY_BEST = 1,  /* nearby, to this x */
-  IPMINMAX_ANSWER_UNIQUE = 2,         /* one answer nearby to each x nearby, Lipschitz in x */
-  IPMINMAX_ANSWER_SMOOTH = 3,         /* the same, differentiable in x */
-  IPMINMAX_ANSWER_BEST_NOT_UNIQUE = 4 /* best nearby to this x, as others are */
+  IPMINMAX_ANSWER_STRICTLY_BEST = 1,  /* not given any more */
+  IPMINMAX_ANSWER_UNIQUE = 2,         /* exactly one answer to each x nearby, Lipschitz in x */
+  IPMINMAX_ANSWER_SMOOTH = 3,         /* the same, and differentiable in x */
+  IPMINMAX_ANSWER_BEST_NOT_UNIQUE = 4 /* a best answer; others may be as good */
 };
 
 typedef struct IpminmaxInertia {
   int positive, negative, zero; /* numbers of eigenvalues */
 } IpminmaxInertia;
 
-/* What was found at the returned point; README.md, "Status and certificate". */
+/* Result of the second-order test at the returned point; see docs/certificate.md. */
 typedef struct IpminmaxCertificate {
   enum IpminmaxPointKind point_kind;
   enum IpminmaxSecondOrder second_order;
   IpminmaxInertia inner, inner_expected; /* of the maximizer's KKT matrix */
   IpminmaxInertia full, full_expected;   /* of both players' */
-  double margin; /* curvature to spare, relative to each variable's own; 0 unless satisfied */
+  double margin;          /* curvature that the test subtracted, scaled; 0 unless satisfied */
   int licq_min, licq_max; /* 1: gradients of the player's active constraints independent */
-  int weakly_active_min, weakly_active_max; /* active bounds and inequalities, multiplier ~ 0 */
+  int weakly_active_min, weakly_active_max; /* active, with a multiplier of zero */
   int finite_differences; /* 1: second derivatives are differences of first ones */
-  /* Curvature by which those may be wrong, as estimated; the verdict allows for it. 0 when they are
-   * the model's. Infinite: the differences could not be trusted at all. */
+  /* Estimate of the error of these differences, in curvature; the result allows for it. 0 if second
+   * derivatives are the model's. Infinite: the differences cannot be trusted. */
   double hessian_error;
   enum IpminmaxAnswer answer;
-  /* Why the certificate is not more than it is, one reason a line with names of variables and
+  /* Why the point is not certified, or remarks: a line for each, with names of variables and
    * constraints; "" without any. Valid until the next call with this problem. */
   const char *reasons;
-  /* 1: the model's second derivatives are not those of its gradients, so nothing is certified. */
+  /* 1: second derivatives disagree with differences of the gradients; nothing is certified. */
   int hessian_disagrees;
-  double least_curvature;       /* about the least there is, of at most 1; 0 unless satisfied */
-  int least_curvature_variable; /* the one that moves most along it, from 0; -1: not known */
+  double least_curvature;       /* estimate of the least, at most 1; 0 unless satisfied */
+  int least_curvature_variable; /* that moves most along it, from 0; -1: not known */
 } IpminmaxCertificate;
 
 typedef struct IpminmaxStatistics {

@@ -74,10 +74,19 @@ std::string markdown_row(const OptionInfo& option) {
 std::string advice_table(const std::vector<IpoptOptionAdvice>& table) {
   std::string text = "\n| option | what to know |\n|---|---|\n";
   const std::vector<OptionInfo> options = list_options();
+  std::string_view last;  // options in a row with the same advice stand in one row
+  std::string names;
+  const auto end_row = [&] {
+    if (!names.empty()) text += "| " + names + " | " + escaped(last) + " |\n";
+    names.clear();
+  };
   for (const IpoptOptionAdvice& row : table) {
     if (std::ranges::find(options, row.name, &OptionInfo::name) != options.end()) continue;
-    text += "| `" + std::string(row.name) + "` | " + escaped(row.advice) + " |\n";
+    if (row.advice != last) end_row();
+    last = row.advice;
+    names += (names.empty() ? "`" : ", `") + std::string(row.name) + "`";
   }
+  end_row();
   return text;
 }
 
@@ -122,11 +131,15 @@ std::string options_text() {
 std::string options_markdown() {
   std::string text =
       "# Options\n\n"
-      "Set with `app->Options()->SetNumericValue(name, value)`, `SetIntegerValue` and\n"
-      "`SetStringValue`, or one `name value` per line in the file `ipminmax.opt`. Names, values "
-      "and\n"
-      "defaults are Ipopt's wherever the meaning is Ipopt's; own options begin with `minmax_`.\n"
-      "`print_options_documentation yes` prints the same list.\n\n"
+      "Names, values and defaults are Ipopt's if the meaning is Ipopt's; own options begin with\n"
+      "`minmax_`. `print_options_documentation yes` prints this list. Set options so:\n\n"
+      "| from | how |\n|---|---|\n"
+      "| C++ | `app->Options()->SetNumericValue(name, value)`, `SetIntegerValue`, "
+      "`SetStringValue` |\n"
+      "| C++ core | members of `SolverOptions`, with the same names |\n"
+      "| Python | `options={\"tol\": 1e-9}` |\n"
+      "| a file | one `name value` per line in `ipminmax.opt` |\n"
+      "| the executable | `name=value` on the command line |\n\n"
       "Made from the table of options in `core/options.cpp` and "
       "`adapter/application_options.cpp`;\n"
       "do not edit (`tests/adapter/options_documentation_test.cpp` says how to renew it).\n";

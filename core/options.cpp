@@ -112,9 +112,10 @@ Rows termination_options() {
       {"max_wall_time", category, "Maximum number of wall clock seconds.",
        positive(&O::max_wall_time)},
       {"minmax_max_factorizations", category,
-       "Most factorizations of K and K_yy together, those of restorations included: for "
-       "controllers with a deadline. Two are kept for the certificate. Where they are used up the "
-       "solve ends as at max_iter, with the best point that it has seen. 0: no limit.",
+       "Largest number of factorizations of K and K_yy together, those of "
+       "restorations included. It bounds the work of a controller. Two of them are "
+       "reserved for the certificate. At the limit the solve ends as at max_iter, "
+       "with the best point seen. 0: no limit.",
        at_least(&O::minmax_max_factorizations, 0)},
       {"diverging_iterates_tol", category,
        "Infinity norm of the variables above which the solve stops as diverging.",
@@ -132,8 +133,9 @@ Rows model_options() {
       {"nlp_upper_bound_inf", category, "Upper bounds at or above this value are absent.",
        any(&O::nlp_upper_bound_inf)},
       {"bound_relax_factor", category,
-       "Factor by which bounds are relaxed before the solve, times max(1, |bound|), at most 100 "
-       "times the distance to the other bound; at most by constr_viol_tol.",
+       "Factor by which bounds are relaxed before the solve. It multiplies max(1, "
+       "|bound|), but at most 100 times the distance to the other bound. Bounds move "
+       "by at most constr_viol_tol.",
        nonnegative(&O::bound_relax_factor)},
       {"honor_original_bounds", category,
        "Whether the returned point is projected into the original bounds.",
@@ -141,7 +143,8 @@ Rows model_options() {
       {"fixed_variable_treatment", category, "What becomes of variables with equal bounds.",
        choice(&O::fixed_variable_treatment,
               {"make_parameter", "make_parameter_nodual", "make_constraint", "relax_bounds"},
-              {"they are taken out; their multipliers cost a gradient and a Jacobian at the end",
+              {"they are taken out; one more gradient and Jacobian at the end give their "
+               "multipliers",
                "they are taken out; their multipliers are zero",
                "they become free variables, each with an equality constraint of its owner",
                "their bounds are moved apart by bound_relax_factor, which must be positive"})},
@@ -159,15 +162,14 @@ Rows model_options() {
        "docs/statuses.md.",
        within(&O::obj_scaling_factor, -kLargestScaling, false, kLargestScaling, false)},
       {"hessian_approximation", category, "Where the Hessian of the Lagrangian comes from.",
-       choice(
-           &O::hessian_approximation, {"limited-memory", "exact", "finite-difference-values"},
-           {"of a minimization limited-memory BFGS, as Ipopt's, which has no inertia to certify "
-            "with: nothing is certified; with Max variables as finite-difference-values; the "
-            "model's Hessian is never asked for",
-            "second derivatives of the model",
-            "differences of gradient and Jacobian; also chosen when the option is not set and the "
-            "model has no second derivatives"},
-           1)},
+       choice(&O::hessian_approximation, {"limited-memory", "exact", "finite-difference-values"},
+              {"limited-memory BFGS for a minimization, as in Ipopt; nothing is certified, "
+               "because such a matrix does not have the true inertia. With Max variables: as "
+               "finite-difference-values. The model's Hessian is never asked for",
+               "second derivatives of the model",
+               "differences of gradient and Jacobian; the default if the model has no second "
+               "derivatives"},
+              1)},
   };
 }
 
@@ -212,9 +214,9 @@ Rows start_options() {
        choice(&O::bound_mult_init_method, {"constant", "mu-based"},
               {"at bound_mult_init_val", "at mu_init over the distance to the bound"})},
       {"constr_mult_init_max", category,
-       "Largest least-squares multiplier of the constraints that is kept; when one is larger, or "
-       "at 0, all start at zero, those of inequalities at the multiplier of their slack's bound if "
-       "that is mu-based.",
+       "Largest least-squares multiplier of the constraints that is kept. If one is "
+       "larger, or with 0, all start at zero. With bound_mult_init_method mu-based "
+       "those of inequalities then start at the multiplier of their slack's bound.",
        nonnegative(&O::constr_mult_init_max)},
       {"warm_start_init_point", category,
        "Whether the model gives first values of all multipliers.", flag(&O::warm_start_init_point)},
@@ -239,8 +241,9 @@ Rows barrier_options() {
   return {
       {"mu_init", category, "First barrier parameter (the paper's b).", positive(&O::mu_init)},
       {"mu_target", category,
-       "Barrier parameter of the problem to be solved: errors are measured against s z = "
-       "mu_target, and where it is positive the certificate is that of the barrier problem.",
+       "Barrier parameter of the problem to be solved. Errors are measured against s "
+       "z = mu_target. If it is positive the certificate is that of the barrier "
+       "problem.",
        nonnegative(&O::mu_target)},
       {"mu_linear_decrease_factor", category,
        "kappa_mu of Ipopt's rule, sigma of the paper's Algorithm 1.",
@@ -272,9 +275,9 @@ Rows barrier_strategy_options() {
       {"mu_strategy", category, "Whether the barrier parameter only decreases.",
        choice(&O::mu_strategy, {"monotone", "adaptive"},
               {"as minmax_barrier_rule says",
-               "chosen anew in every iteration by mu_oracle; monotone by Ipopt's rule while "
-               "adaptive_mu_globalization sees no progress; as in Ipopt also where the option is "
-               "not set and a minimization's hessian_approximation is limited-memory"},
+               "chosen in every iteration by mu_oracle; monotone by Ipopt's rule while "
+               "adaptive_mu_globalization sees no progress. As in Ipopt it is the default of "
+               "a minimization with hessian_approximation limited-memory"},
               0)},
       {"mu_oracle", category, "How the adaptive strategy chooses mu.",
        choice(&O::mu_oracle, {"quality-function", "probing", "loqo"},
@@ -285,12 +288,12 @@ Rows barrier_strategy_options() {
        "Test of the adaptive strategy's progress. Ipopt's default is obj-constr-filter.",
        choice(&O::adaptive_mu_globalization,
               {"obj-constr-filter", "kkt-error", "never-monotone-mode"},
-              {"filter on objective and violation; only without Max variables, for whom the "
-               "objective may rise",
+              {"filter on objective and violation; only without Max variables, because the "
+               "objective may rise when Max gains",
                "reduction of the first-order residual", "none: no guarantee of convergence"})},
       {"mu_max", category,
-       "Largest mu of the adaptive strategy, not below mu_min; 0: mu_max_fact times the average "
-       "complementarity of the starting point, as in Ipopt when the option is not set.",
+       "Largest mu of the adaptive strategy, not below mu_min. 0: mu_max_fact times "
+       "the average complementarity of the starting point, as in Ipopt by default.",
        nonnegative(&O::mu_max)},
       {"mu_max_fact", category, "See mu_max.", positive(&O::mu_max_fact)},
       {"mu_min", category,
@@ -315,26 +318,27 @@ Rows method_options() {
               {"every step: the paper's Algorithm 1",
                "filter line search on phi(x), the local maximum over y"})},
       {"minmax_instability", category,
-       "Whether line 7 of Algorithm 1 keeps first-order points from attracting when K has the "
-       "right inertia and K_yy has not.",
+       "Whether line 7 of Algorithm 1 is used: it keeps points from attracting the "
+       "iterates if K has the right inertia and K_yy has not.",
        flag(&O::minmax_instability)},
       {"minmax_warm_start_shifts", category,
        "Whether shifts start from those of the last iteration (Ipopt's rule) or from zero as in "
        "the paper.",
        flag(&O::minmax_warm_start_shifts)},
       {"minmax_pure_newton", category,
-       "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
-       "comparison).",
+       "Whether Newton's method is used without shifts and globalization, for "
+       "comparison. Every first-order point attracts it.",
        flag(&O::minmax_pure_newton)},
       {"minmax_max_restarts", category,
-       "Other starting points tried, the random ones of minmax_starts, when the search from the "
-       "model's finds no local minmax or the model is undefined there; 0 for none. A minimization "
-       "that is stuck begins anew once, from the model's start with the other mu_strategy, unless "
-       "this is 0.",
+       "Number of other starting points, random as with minmax_starts, that are tried "
+       "if the search from the model's start finds no local minmax or the model is "
+       "undefined there. 0: none. A minimization that is stuck starts again once, "
+       "with the other mu_strategy, unless this is 0.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
-       "Whether a constraint given to Min explicitly may read Max variables: it must then hold for "
-       "every y, and Max tries to violate it. no: such a constraint is an error.",
+       "Whether a constraint that reads Max variables may be given to Min: it must "
+       "then hold for every y (a robust constraint). no: such a constraint is an "
+       "error.",
        flag(&O::minmax_robust_constraints)},
   };
 }
@@ -343,31 +347,34 @@ Rows multistart_options() {
   const std::string_view category = "Multistart";
   return {
       {"minmax_starts", category,
-       "Number of starting points: the model's, then random ones; the best point is returned.",
+       "Number of starting points: the model's, then random ones. The best point is "
+       "returned.",
        at_least(&O::minmax_starts, 1)},
       {"minmax_start_seed", category, "Seed of the random starting points: the same in every run.",
        at_least(&O::minmax_start_seed, 0)},
       {"minmax_start_radius", category,
-       "Half width r max(1, |s|) of the box around the model's starting point s in which variables "
-       "without two bounds start, r / 10 and r / 100 in turn; those with two bounds start anywhere "
-       "between them.",
+       "Radius r of random starts. A variable without two bounds starts within r "
+       "max(1, |s|) of its value s at the model's start, with r, r / 10 and r / 100 "
+       "in turn. One with two bounds starts anywhere between them.",
        positive(&O::minmax_start_radius)},
       {"minmax_worst_case_starts", category,
-       "Maximizations over y, x held, from as many starts of f and of each robust constraint: a y "
-       "above the answer's is another worst case, from which the solve goes on, and an answer that "
-       "does not meet one is no success. 0: none; -1: none for f (as for a robust constraint with "
-       "minmax_epigraph), 8 for each robust constraint, up to 100 where they end at different "
-       "maxima and one more could violate it.",
+       "Number of starts for maximizations over y, x held, of f and of each robust "
+       "constraint. If a y above the answer's is found, the solve goes on with it. An "
+       "answer that does not meet a y that was found is no success. 0: none. -1: none "
+       "for f (with minmax_epigraph as for a robust constraint); for each robust "
+       "constraint 8, and up to 100 while they end at different maxima and one more "
+       "could violate it.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
-       "Whether it is proved, by branch and bound over y with bounds rounded outward, how large f "
-       "and each robust constraint can become at the answer's x: a worse y that the proof finds is "
-       "another worst case, and an answer without a complete proof is no success. For models whose "
-       "formulas are known, with at most 8 free Max variables, all with two bounds.",
+       "Whether branch and bound over y, with bounds rounded outward, proves how "
+       "large f and each robust constraint can become at the answer's x. If it finds "
+       "a worse y, the solve goes on with it. An answer without a complete proof is "
+       "no success. For models whose formulas are known, with at most 8 free Max "
+       "variables, all with two bounds.",
        flag(&O::minmax_worst_case_proof)},
       {"minmax_concave_in_y", category,
-       "Whether f is concave in y and Y(x) convex, as the model knows: a maximum over y is then "
-       "the worst case over all of y, and one maximization is enough of a check.",
+       "States that f is concave in y and Y(x) convex. A local maximum over y is then "
+       "the worst case over all of y, and one maximization is enough.",
        flag(&O::minmax_concave_in_y)},
   };
 }
@@ -376,12 +383,13 @@ Rows robust_options() {
   const std::string_view category = "Robust Constraints";
   return {
       {"minmax_epigraph", category,
-       "Whether f is treated as a robust constraint too, min t with f(x, y) <= t for every y: the "
-       "answer minimizes the largest of the local worst cases met, kinks included.",
+       "Whether f is treated as a robust constraint, too: min t subject to f(x, y) <= "
+       "t for every y. The answer minimizes the largest of the worst cases found, "
+       "kinks included.",
        flag(&O::minmax_epigraph)},
       {"minmax_epigraph_at_kinks", category,
-       "Whether a search that ends without a local minmax goes on as with minmax_epigraph, from "
-       "where it ended, over the branches of y found there.",
+       "Whether a search that ends without a local minmax goes on as with "
+       "minmax_epigraph, from its last point and with the maxima over y found there.",
        flag(&O::minmax_epigraph_at_kinks)},
   };
 }
@@ -431,17 +439,18 @@ Rows linear_solver_options() {
               {"least predicted operations", "approximate minimum degree",
                "PORD (MUMPS only; AMD elsewhere)", "METIS nested dissection"})},
       {"minmax_schur_complement", category,
-       "Whether K is factorized by way of K_yy: a factorization of K_yy gives both inertias "
-       "together with that of the dense complement of K_yy in K, which has as many rows as x and "
-       "its constraints. The certificate factorizes K as a whole.",
+       "Whether K is factorized by way of K_yy and the dense Schur complement of K_yy "
+       "in K, which has as many rows as x and its constraints. One factorization of "
+       "K_yy then serves both matrices. The certificate factorizes K as a whole.",
        choice(&O::minmax_schur_complement, {"auto", "yes", "no"},
-              {"where fewer operations are predicted", "always, with Max variables",
+              {"if fewer operations are predicted", "always, with Max variables",
                "never: K and K_yy are factorized one by one"})},
       {"minmax_threads", category,
-       "Threads for one factorization by LDL', at most: where it takes longer than about a "
-       "millisecond, by its counted operations, and the elimination tree divides well, subtrees "
-       "are eliminated side by side. Results have the bits of one thread. 1 starts no threads; "
-       "others wait in the solver between factorizations.",
+       "Largest number of threads for one factorization by LDL'. Subtrees are "
+       "eliminated in parallel if the factorization takes longer than about a "
+       "millisecond (by its counted operations) and the elimination tree divides "
+       "well. Results have the same bits with any number. 1 starts no threads; others "
+       "wait between factorizations.",
        at_least(&O::minmax_threads, 1)},
   };
 }
@@ -455,9 +464,9 @@ Rows mumps_options() {
       {"mumps_mem_percent", category, "Extra workspace of MUMPS in percent of its estimate.",
        at_least(&O::mumps_mem_percent, 0)},
       {"max_memory", category,
-       "Memory of the process in MB (10^6 bytes) beyond which MUMPS is not started: out of memory "
-       "is then said beforehand. Limits of the address space and of the control group are kept in "
-       "any case.",
+       "Memory of the process in MB (10^6 bytes). If MUMPS would need more, it is not "
+       "started and the solve ends as out of memory. Limits of the address space and "
+       "of the control group hold in any case.",
        positive(&O::max_memory)},
       {"max_refinement_steps", category, "Largest number of refinement steps per linear system.",
        at_least(&O::max_refinement_steps, 0)},
@@ -474,20 +483,20 @@ Rows certificate_options() {
   return {
       {"minmax_certificate", category,
        "How much the second-order test at a first-order point may cost.",
-       choice(
-           &O::minmax_certificate, {"full", "quick", "none", "proved"},
-           {"until the point is certified or refuted; points that stay undecided cost at most a "
-            "fifth of the solve's factorizations or 20 (40 where the matrices are small)",
-            "one factorization of K_yy and of K: only points with clear curvature and clear "
-            "active bounds are certified, clearly wrong ones refuted",
-            "no test, for minimizations at Ipopt's cost: the second-order test says \"not "
-            "tested\", and a saddle is not told from a minimum. Refused with Max variables",
-            "as full; then interval arithmetic proves that a strict local minmax of the formulas "
-            "lies near a certified answer, for models whose formulas are known"})},
+       choice(&O::minmax_certificate, {"full", "quick", "none", "proved"},
+              {"the test goes on until the point is certified or refuted. An undecided point "
+               "costs at most a fifth of the solve's factorizations or 20 (40 if the matrices "
+               "are small)",
+               "one factorization of K_yy and one of K. Only points with clear curvature and "
+               "clear active bounds are certified, and clearly wrong ones refuted",
+               "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
+               "and a saddle is not told from a minimum. Refused with Max variables",
+               "as full, and interval arithmetic then proves that a strict local minmax of "
+               "the formulas lies near a certified answer. For models whose formulas are known"})},
       {"minmax_curvature_tol", category,
-       "Curvature below which the second-order test calls an eigenvalue zero, relative to what "
-       "each variable has: variables are measured in lengths in which the entries of the Hessian "
-       "are at most 1, so that no units of the model matter.",
+       "Curvature below which the second-order test calls an eigenvalue zero, in "
+       "scaled variables: in these the entries of the Hessian are at most 1, so the "
+       "units of the model do not matter.",
        positive(&O::minmax_curvature_tol)},
   };
 }

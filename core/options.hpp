@@ -23,27 +23,27 @@ enum class BarrierRule : std::uint8_t {
 enum class BarrierStrategy : std::uint8_t {
   Monotone,
   Adaptive,
-  Unset  ///< Monotone; Adaptive where a minimization's Hessian is LimitedMemory, as in Ipopt
+  Unset  ///< Monotone; Adaptive for a minimization with LimitedMemory, as in Ipopt
 };
 enum class BarrierOracle : std::uint8_t { QualityFunction, Probing, Loqo };
 /// Whether K is factorized by way of K_yy and its dense complement.
 enum class SchurComplementUse : std::uint8_t { Auto, Yes, No };
-/// How the adaptive strategy notices that its free choice of mu makes no progress.
+/// Test by which the adaptive strategy notices that it makes no progress.
 enum class AdaptiveGlobalization : std::uint8_t {
   ObjectiveFilter,  ///< obj-constr-filter: filter on objective and violation
-  KktError,         ///< squared residual of the first-order conditions against earlier ones
-  NeverMonotone     ///< no test, no guarantee
+  KktError,         ///< decrease of the squared residual of the first-order conditions
+  NeverMonotone     ///< no test: no guarantee of convergence
 };
 enum class Scaling : std::uint8_t { None, GradientBased, User };
 enum class HessianApproximation : std::uint8_t {
-  LimitedMemory,           ///< BFGS of a minimization; else as FiniteDifferenceValues
+  LimitedMemory,           ///< BFGS for a minimization; with Max variables FiniteDifferenceValues
   Exact,                   ///< the model's second derivatives
   FiniteDifferenceValues,  ///< differences of the model's first derivatives
-  Unset                    ///< Exact, or differences where the model has no second derivatives
+  Unset                    ///< Exact; differences if the model has no second derivatives
 };
 enum class DerivativeTest : std::uint8_t { None, FirstOrder, SecondOrder, OnlySecondOrder };
 enum class FixedVariableTreatment : std::uint8_t {
-  MakeParameter,        ///< taken out; multipliers by one more gradient and Jacobian
+  MakeParameter,        ///< taken out; one more gradient and Jacobian give the multipliers
   MakeParameterNodual,  ///< taken out; multipliers zero
   MakeConstraint,       ///< free variable with an equality constraint of its owner
   RelaxBounds           ///< bounds moved apart by bound_relax_factor
@@ -57,15 +57,15 @@ enum class InstabilityShift : std::uint8_t {
 
 /// How much the second-order test may cost.
 enum class CertificateEffort : std::uint8_t {
-  Full,   ///< until the point is certified, refuted or its budget of factorizations is used up
-  Quick,  ///< one factorization of K_yy and of K, and those for a witness where clearly wrong
+  Full,   ///< until the point is certified or refuted, or the budget of factorizations is used up
+  Quick,  ///< one factorization of K_yy and of K; more only to refute a clearly wrong point
   None,   ///< no test; for minimizations
-  Proved  ///< as Full, and the solution's existence is proved with interval arithmetic
+  Proved  ///< as Full, and interval arithmetic proves that a solution exists near the point
 };
 
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
-/// minmax_. option_table() lists them with bounds and texts, unregistered_settings() those that have
-/// no name for users.
+/// minmax_. option_table() lists them with bounds and texts, unregistered_settings() those that
+/// have no name for users.
 struct SolverOptions {
   // Termination
   double tol = 1e-8;
@@ -206,9 +206,8 @@ inline constexpr double kLeastScaling = 1e-20, kLargestScaling = 1e20;
   return factor >= kLeastScaling && factor <= kLargestScaling;
 }
 
-/// All that is known of an option: registered, read, printed and documented from this, whether it
-/// is the solver's or a front end's. One that SolverOptions does not hold has null for its member,
-/// set and get.
+/// Description of an option of the solver or a front end. Options are registered, read, printed and
+/// documented from it. If SolverOptions does not hold the option, member, set and get are null.
 struct OptionInfo {
   struct Number {
     double SolverOptions::*member;
@@ -237,24 +236,25 @@ struct OptionInfo {
   };
   std::string_view name;
   std::string_view category;
-  std::string_view text;  ///< one sentence, with the symbol of the paper or of Ipopt's report
+  std::string_view text;  ///< sentences, with the symbol of the paper or of Ipopt's report
   std::variant<Number, Integer, Flag, Choice, Name> kind;
 };
 
-/// Every option of the solver, in the order of SolverOptions, with a member of it. The defaults are
-/// those of a value-initialized SolverOptions.
+/// Returns every option of the solver, in the order of SolverOptions. The defaults are those of a
+/// value-initialized SolverOptions.
 [[nodiscard]] std::span<const OptionInfo> option_table();
-/// Settings for studies of the method, which C++ programs alone can change: no front end knows them.
+/// Returns settings for studies of the method. Only C++ programs can change them.
 [[nodiscard]] std::span<const OptionInfo> unregistered_settings();
 
-/// The options with which minmax_globalization none is the paper's Algorithm 1 as printed: shifts
+/// Returns the options for the paper's Algorithm 1 as printed: minmax_globalization none, shifts
 /// that start at zero in every iteration and grow tenfold from 1e-4, b <- sigma b after a step with
 /// |g(z,b)| <= b, no scaling, no relaxed bounds, multipliers lambda = b / s, no shift of multiplier
-/// rows, no limits of the multipliers. All others are kept, delta_epsilon (minmax_freeze_tol) among
-/// them. docs/algorithm.md lists what still differs.
+/// rows, no limits of the multipliers. Other options keep their values, also delta_epsilon
+/// (minmax_freeze_tol). docs/algorithm.md lists what still differs.
 [[nodiscard]] SolverOptions as_printed(SolverOptions options = {});
 
-/// First error as "tol = nan is not in (0, inf)", empty when all values are allowed.
+/// Returns the first error, for example "tol = nan is not in (0, inf)"; empty if all values are
+/// allowed.
 [[nodiscard]] std::string check(const SolverOptions& options);
 
 }  // namespace ipminmax

@@ -14,14 +14,14 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// Why a solve stopped. What the returned point is stands in Certificate::kind.
+/// Why a solve stopped. Certificate::kind says what the returned point is.
 enum class Status : std::uint8_t {
-  InternalError,            ///< starts as failure
+  InternalError,            ///< initial value; also an internal error
   Solved,                   ///< first-order conditions to tol, second-order test passed
   SolvedDegenerate,         ///< first-order conditions to tol, second-order test undecided
   SolvedToAcceptableLevel,  ///< acceptable_* tolerances, second-order test not refuted
   NotLocalMinmax,           ///< first-order point whose curvature has a definite wrong sign
-  NoLocalMinmaxFound,       ///< gave up: the branch of inner maxima ends, iterates cycle
+  NoLocalMinmaxFound,       ///< the search ended at a kink of phi, or where an inner maximum ends
   InnerUnbounded,           ///< the maximization over y looks unbounded
   OuterUnbounded,           ///< the objective decreases without bound in x
   DivergingIterates,        ///< |v| above diverging_iterates_tol
@@ -41,15 +41,15 @@ enum class Status : std::uint8_t {
   InvalidOption,
   TooFewDegreesOfFreedom,
   OutOfMemory,
-  /// A y is known that the answer does not meet although it was asked to: f is higher there at the
-  /// returned x, or a robust constraint is violated; or one could not be maximized over y.
+  /// A search over y was asked for, and it found a y at which f is clearly higher at the returned x
+  /// or a robust constraint is violated; or a constraint could not be maximized over y.
   WorstCaseNotMet
 };
 
-/// Short name, as printed.
+/// Returns the short name that is printed.
 [[nodiscard]] std::string_view name_of(Status status);
 
-/// True for Solved, SolvedDegenerate and SolvedToAcceptableLevel.
+/// Returns true for Solved, SolvedDegenerate and SolvedToAcceptableLevel.
 [[nodiscard]] bool is_success(Status status);
 
 enum class PointKind : std::uint8_t {
@@ -65,91 +65,93 @@ enum class PointKind : std::uint8_t {
 enum class SecondOrder : std::uint8_t {
   NotTested,  ///< not a first-order point, or minmax_certificate none
   Satisfied,
-  Undecided,  ///< none of the others could be shown; Certificate::reasons say why
+  Undecided,  ///< nothing could be shown; Certificate::reasons say why
   Violated,   ///< an inertia with a definite wrong sign
-  /// Not refuted, and along every direction without curvature the value stays the same, as far as
-  /// rounding shows: a valley of equally good points (of x, y answering; of y where there is no x).
+  /// Not refuted, and the value stays the same, to rounding, along every direction without
+  /// curvature: one of many equally good x (without x: of many equally good y).
   Flat
 };
 [[nodiscard]] std::string_view name_of(SecondOrder outcome);
 
-/// What was shown of the maximizer's answer near the returned point, whatever is known of x.
+/// What is known of y, Max's answer to x, at a certified point.
 enum class InnerAnswer : std::uint8_t {
   Unknown,
-  StrictlyBest,  ///< to this x, y is strictly the best answer nearby; how it moves with x is open
-  Unique,        ///< for each x nearby there is exactly one answer y(x) nearby, and it is Lipschitz
-  Smooth,        ///< the same, and y(x) is differentiable
-  BestNotUnique  ///< to this x, y is a best answer nearby, and others are as good
+  StrictlyBest,  ///< not given any more
+  Unique,        ///< each x nearby has exactly one answer y(x) nearby; y(x) is Lipschitz
+  Smooth,        ///< as Unique, and y(x) is differentiable
+  BestNotUnique  ///< y is a best answer to this x nearby, and others may be as good
 };
 [[nodiscard]] std::string_view name_of(InnerAnswer answer);
 
-/// Why a certificate is not more than it is, or what is special about the point.
+/// Why a point is not certified; at a certified point a remark.
 struct CertificateReason {
   enum class Kind : std::uint8_t {
     WeaklyActive,       ///< an active bound or inequality with multiplier zero
     Dependent,          ///< an active constraint whose gradient is a combination of others'
     VanishingGradient,  ///< an active constraint without a gradient
     FlatDirection,      ///< the value is constant along it
-    LittleCurvature,    ///< none is seen along it, but the value is not constant
-    WrongCurvature,     ///< along it the owner gains
+    LittleCurvature,    ///< no curvature along it, but the value is not constant
+    WrongCurvature,     ///< the player gains along it
     NotIsolated,        ///< Newton's method does not contract towards a solution
-    Unsteady,           ///< second derivatives change by more than the curvature on the way to it
-    RobustRow,          ///< a robust constraint's worst case is not settled
-    Differences,        ///< second derivatives from differences are too uncertain
-    WrongHessian,       ///< second derivatives disagree with gradients, or these with values
-    Effort,             ///< minmax_certificate quick, or the budget is used up
-    Search,             ///< the point passed the test, the search that it belongs to did not
-    Relaxed  ///< a remark: bound_relax_factor moved an active bound by much beside its size
+    /// Second derivatives change by more than the curvature on the way to the solution.
+    Unsteady,
+    RobustRow,     ///< a robust constraint's worst case is not settled
+    Differences,   ///< second derivatives from differences are too uncertain
+    WrongHessian,  ///< second derivatives disagree with gradients, or these with values
+    Effort,        ///< minmax_certificate quick, or the budget is used up
+    /// The point passed the test, but the search that it belongs to was no success.
+    Search,
+    Relaxed  ///< a remark: bound_relax_factor moved an active bound by much, relative to its size
   };
   Kind kind = Kind::Effort;
-  Player player = Player::Min;     ///< whose
-  std::string text;                ///< for people, with the names of the model
-  std::vector<Index> variables;    ///< of the model, that it is about
-  std::vector<Index> constraints;  ///< the same
+  Player player = Player::Min;     ///< the player that it is about
+  std::string text;                ///< a sentence with the names of the model
+  std::vector<Index> variables;    ///< indices of the model's variables that it is about
+  std::vector<Index> constraints;  ///< indices of the model's constraints
 };
 
-/// What was found at the returned point, with all regularization off. Inertias are those of
-/// K (section "KKT system" of docs/algorithm.md; the paper's J_zz) and of its (y, lambda_y) part
-/// K_yy (the paper's J_yy), slack rows included, as in the paper's Proposition "Second order
-/// sufficient conditions for constrained minmax".
+/// Result of the second-order test at the returned point, with all regularization off. Inertias are
+/// those of K (section "KKT system" of docs/algorithm.md; the paper's J_zz) and of its (y,
+/// lambda_y) part K_yy (the paper's J_yy), slack rows included, as in the paper's Proposition
+/// "Second order sufficient conditions for constrained minmax".
 struct Certificate {
   PointKind kind = PointKind::Unknown;
   SecondOrder second_order = SecondOrder::NotTested;
   Inertia inner, inner_expected;
   Inertia full, full_expected;
-  /// Curvature that can be taken away from both players while both inertias stay right, relative to
-  /// what each variable has: in lengths in which the entries of W are at most 1 (docs/algorithm.md,
-  /// "Units"): the size of a probe, no measure of robustness. 0 unless Satisfied.
+  /// Curvature that the test subtracted from both players while both inertias stayed right, in
+  /// scaled variables (docs/algorithm.md, "Variable scaling"). It is no measure of robustness. 0
+  /// unless Satisfied.
   double margin = 0.0;
-  /// About the least curvature of K and K_yy in the same lengths, by inverse iteration; 0 unless
-  /// Satisfied.
+  /// Estimate of the least curvature of K and K_yy, scaled, at most 1; 0 unless Satisfied.
   double least_curvature = 0.0;
-  Index least_curvature_variable = -1;  ///< the one that moves most along it; -1: not known
+  Index least_curvature_variable = -1;  ///< the variable that moves most along it; -1: not known
   bool licq_min = false;        ///< gradients of the Min player's active constraints independent
   bool licq_max = false;        ///< the same for Max
   Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
   Index weakly_active_max = 0;
   bool finite_differences = false;  ///< second derivatives came from differences
-  double hessian_error = 0.0;       ///< curvature (scaled problem) by which these may be wrong, as
-                                    ///< estimated; the tests hold in spite of it
+  /// Estimate of their error (curvature of the scaled problem); the result holds for every Hessian
+  /// within it.
+  double hessian_error = 0.0;
   InnerAnswer answer = InnerAnswer::Unknown;
-  std::vector<CertificateReason> reasons;  ///< the most telling first; at most 20 of a kind
-  bool hessian_disagrees =
-      false;  ///< the model's second derivatives are not those of its gradients:
-              ///< a difference along little curvature shows it, so Undecided
-  /// With minmax_certificate proved: exactly one strict local minmax of the formulas lies in a ball
-  /// around the point, all of which is at most proved_within from it in every variable (infinite:
-  /// not proved).
+  std::vector<CertificateReason> reasons;  ///< the most important first; at most 16 of a kind
+  /// Whether the model's second derivatives disagree with differences of its gradients; the result
+  /// is then Undecided.
+  bool hessian_disagrees = false;
+  /// With minmax_certificate proved: whether it is proved that exactly one strict local minmax of
+  /// the formulas lies in a ball around the point. It is at most proved_within from the point in
+  /// every variable (infinite: not proved).
   bool proved = false;
   double proved_within = std::numeric_limits<double>::infinity();
-  std::string proof;  ///< one sentence, or why not; empty: not asked for
+  std::string proof;  ///< one sentence: what is proved, or why nothing is; empty: not asked for
 };
 
 /// Errors of the first-order conditions. Infinity norms, NaN where the model's functions are
 /// undefined; total is Ipopt's scaled E_0 with respect to the relaxed bounds (bound_relax_factor),
 /// the others are unscaled.
 struct KktError {
-  double primal = 0.0;  ///< violation of constraints and bounds, or of g = slack where it is larger
+  double primal = 0.0;  ///< violation of constraints and bounds, or of g = slack if that is larger
   double dual_min = 0.0;         ///< gradient of the Lagrangian in the Min variables
   double dual_max = 0.0;         ///< in the Max variables
   double complementarity = 0.0;  ///< of bounds and inequalities
@@ -165,7 +167,8 @@ struct KktError {
   }
 };
 
-/// Seconds spent, by stage; of KKT matrices up to 16 rows, shorter than a look at the clock, zero.
+/// Seconds by stage. Zero for work with KKT matrices up to 16 rows, which takes less time than
+/// reading the clock.
 struct Timing {
   double total = 0.0;
   double evaluations = 0.0;  ///< the model's functions
@@ -174,21 +177,21 @@ struct Timing {
   double factorization = 0.0;
   double solves = 0.0;  ///< back substitution and refinement
 
-  /// Of another part of the same work, total apart.
+  /// Adds the times of another part of the same work, except total.
   Timing& operator+=(const Timing& part);
 };
 
-/// What K or K_yy was factorized for.
+/// Purpose of a factorization of K or K_yy.
 enum class FactorizationCause : std::uint8_t {
   Step,         ///< the matrices of an iteration's step, with the shifts guessed first
-  Shifts,       ///< the same with other shifts, where inertias were wrong
-  TrialPoint,   ///< K_yy where the minimizer's line search looked
+  Shifts,       ///< the same with other shifts, after wrong inertias
+  TrialPoint,   ///< K_yy at trial points of Min's line search
   InnerAscent,  ///< further steps of the maximization over y
   Curvature,    ///< leaving a first-order point along curvature
   Barrier,      ///< oracles of mu_strategy adaptive
   Multipliers,  ///< least-squares multipliers
   Certificate,  ///< the second-order test
-  Restoration   ///< K of the restoration problem, which the other counts leave out
+  Restoration   ///< K of the restoration problem; the other counts do not include it
 };
 inline constexpr std::size_t kFactorizationCauses = 9;
 [[nodiscard]] std::string_view name_of(FactorizationCause cause);
@@ -203,13 +206,15 @@ struct Counts {
   Index objective = 0, gradient = 0, constraints = 0, jacobian = 0, hessian = 0;  ///< model calls
   Index factorizations_full = 0;                                                  ///< of K
   Index factorizations_inner = 0;                                                 ///< of K_yy
-  Index factorizations_complement = 0;  ///< of the dense complement of K_yy in K, instead of K
-  /// factorizations_full and _inner by FactorizationCause; Restoration apart they add up to these.
+  /// Of the dense Schur complement of K_yy in K, instead of K.
+  Index factorizations_complement = 0;
+  /// factorizations_full and factorizations_inner by FactorizationCause. All but Restoration add up
+  /// to them.
   std::array<FactorizationCounts, kFactorizationCauses> by_cause{};
   Index solves = 0;                  ///< linear systems, refinement not counted
   Index analyses = 0;                ///< symbolic analyses
   Index instability_raises = 0;      ///< times line 7 of Algorithm 1 raised delta_x
-  Index restoration_iterations = 0;  ///< count against max_iter, not in Result::iterations
+  Index restoration_iterations = 0;  ///< they count against max_iter, but not in Result::iterations
 
   [[nodiscard]] const FactorizationCounts& factorizations_for(FactorizationCause cause) const {
     return by_cause[static_cast<std::size_t>(cause)];
@@ -217,95 +222,101 @@ struct Counts {
   [[nodiscard]] FactorizationCounts& factorizations_for(FactorizationCause cause) {
     return by_cause[static_cast<std::size_t>(cause)];
   }
-  /// Of another part of the same work.
+  /// Adds the counts of another part of the same work.
   Counts& operator+=(const Counts& part);
 };
 
-/// The worst case over all of y at the returned x, as far as maximizations from several starts tell
-/// (worst_case.hpp), or, where none was made, y of a multistart's other starts: then `higher`
-/// alone.
+/// Worst case over all of y at the returned x, found by maximizations from several starts
+/// (worst_case.hpp). Without maximizations a multistart compares with the y of its other starts and
+/// sets `higher`, `value`, `v` and `y`.
 struct WorstCase {
-  Index starts = 0;       ///< maximizations made; 0: none
-  Index maxima = 0;       ///< distinct certified maxima over y
-  Index competing = 0;    ///< distinct points that share the largest value
+  Index starts = 0;       ///< number of maximizations; 0: none
+  Index maxima = 0;       ///< number of distinct certified maxima over y
+  Index competing = 0;    ///< number of distinct maxima that share the largest value
   double value = 0.0;     ///< largest f(x, y) found at a feasible y
-  std::vector<double> v;  ///< n: x and that y; empty when none was found
+  std::vector<double> v;  ///< n: x and that y; empty: none was found
   std::vector<double> y;  ///< Max's variables of v, in their order
   /// Values of f at the distinct maxima over y, the largest first, at most ten.
   std::vector<double> branches;
-  bool higher = false;          ///< value is clearly above the objective of the result
-  bool unbounded = false;       ///< a maximization over y ran to infinity
-  bool single_branch = false;   ///< all ended at one maximum, K_yy right at every iterate
-  bool stated_concave = false;  ///< by minmax_concave_in_y: one maximization is enough
+  bool higher = false;     ///< whether value is clearly above the result's objective
+  bool unbounded = false;  ///< whether a maximization over y ran to infinity
+  /// Whether all ended at one maximum, with a right K_yy at every iterate.
+  bool single_branch = false;
+  bool stated_concave = false;  ///< whether minmax_concave_in_y is set: one maximization is enough
 };
 
 /// A worst case y of a robust constraint: a local maximum over y of its violation.
 struct RobustWorstCase {
-  Index constraint = 0;     ///< of the model; its number of constraints for the objective's row
+  Index constraint = 0;     ///< index in the model; m for the objective's row
   std::vector<double> v;    ///< n: x and that y
   double value = 0.0;       ///< the constraint (or f) there
-  double multiplier = 0.0;  ///< of the constraint at that y; signs as in Result
-  bool active = false;      ///< its multiplier exceeds its distance to the bound: x rests on it
+  double multiplier = 0.0;  ///< of the constraint at that y, with the signs of Result
+  /// Whether its multiplier exceeds its distance to the bound: x rests on it.
+  bool active = false;
 };
 
-/// The largest value over all y in Y(x) of f or a constraint, at one x, enclosed: no y gives more
-/// than `proved`, and one that gives `seen` is known. For the least value both are turned round.
+/// Bounds of the largest value of f or a constraint over all y in Y(x), at one x: a y gives `seen`,
+/// and no y gives more than `proved`. With `least` they are bounds of the least value: no y gives
+/// less than `proved`.
 struct WorstCaseProof {
   Index constraint = -1;  ///< of Min's that reads Max variables; -1: the objective
-  bool least = false;     ///< of the least value, which counts where there is a lower bound
+  bool least = false;     ///< bounds of the least value, which matters if there is a lower bound
   double seen = std::numeric_limits<double>::quiet_NaN();    ///< NaN: no point of Y(x) was found
   double proved = std::numeric_limits<double>::quiet_NaN();  ///< infinite: no bound was found
-  /// A gap that counts as none: the tolerance times the range of the values seen, or rounding.
+  /// Largest gap that counts as none: tolerance times the range of the values seen, or rounding.
   double resolution = 0.0;
-  bool complete = false;  ///< the gap is within the resolution, or Y(x) is proved to be empty
-  bool empty = false;     ///< Y(x) is proved to be empty
-  std::vector<double> v;  ///< n: x and the y that was seen; empty: none
-  Index boxes = 0;        ///< looked at
-  Index left = 0;         ///< not decided
+  bool complete = false;  ///< whether the gap is within the resolution, or Y(x) is proved empty
+  bool empty = false;     ///< whether Y(x) is proved empty
+  std::vector<double> v;  ///< n: x and the y of `seen`; empty: none
+  Index boxes = 0;        ///< number of boxes examined
+  Index left = 0;         ///< number of boxes not decided
   double seconds = 0.0;
   std::optional<Status> interrupted;
   std::string message;  ///< one sentence
 };
 
-/// What was looked at over all of y, beyond the y that the certificate is about. A function is f,
-/// or a bounded side of a robust constraint.
+/// What was searched over all of y, beyond the y of the certificate. A function is f, or a bounded
+/// side of a robust constraint.
 struct SearchOverY {
-  Index asked = 0;            ///< starts of y for each function; 0: other y were not looked at
-  Index functions = 0;        ///< maximized at the returned x
-  Index maximizations = 0;    ///< made, at all x
-  bool finished = true;       ///< false: cut short, or a function not maximized or proved as asked
-  bool better_known = false;  ///< a y at which f is clearly higher or a robust constraint violated
-  /// Of robust constraints at the returned x, over all y looked at; NaN: none was.
+  Index asked = 0;          ///< number of starts of y for each function; 0: no search
+  Index functions = 0;      ///< number of functions maximized at the returned x
+  Index maximizations = 0;  ///< number of maximizations at all x
+  /// False: cut short, or a function was not maximized or proved as asked.
+  bool finished = true;
+  /// Whether a y is known at which f is clearly higher or a robust constraint violated.
+  bool better_known = false;
+  /// Largest violation of a robust constraint at the returned x over all y examined; NaN: none was
+  /// examined.
   double largest_violation = std::numeric_limits<double>::quiet_NaN();
-  /// Worst cases of f among the worst cases, where f was treated as a robust constraint: with a
-  /// certificate, x minimizes the largest of so many local worst cases. 0: f is that of one y.
+  /// Number of worst cases of f, if f was treated as a robust constraint. With a certificate x
+  /// minimizes the largest of so many local worst cases. 0: f is that of one y.
   Index branches = 0;
-  Index solves = 0;  ///< with other worst cases each
-  /// Of each function at the returned x, with minmax_worst_case_proof.
+  Index solves = 0;  ///< number of solves, each with other worst cases
+  /// One proof for each function at the returned x, with minmax_worst_case_proof.
   std::vector<WorstCaseProof> proofs{};
-  /// Why a higher maximum than those found is to be expected; empty: it is not.
+  /// Why a higher maximum than those found is expected; empty: none is.
   std::string open{};
-  Index open_constraint = -1;  ///< that this is about; -1: f
+  Index open_constraint = -1;  ///< the constraint that `open` is about; -1: f
 };
 
-/// What was looked at over x.
+/// What was searched over x.
 struct SearchOverX {
-  Index asked = 1;  ///< starts
-  Index made = 1;   ///< to their end
+  Index asked = 1;  ///< number of starts asked for
+  Index made = 1;   ///< number of starts that were finished
 };
 
 /// Answer of a solve, in the units of the model. It makes four statements: why it stopped (status,
-/// message), what the point is locally (certificate), what was looked at over all of y (over_y) and
-/// over x (over_x). kind is LocalMinmax only together with a success, and there is none where a
-/// better y is known that was asked for, or where what was asked for was not finished. Multipliers
-/// satisfy grad f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max
-/// variable's bounds are <= 0.
+/// message), what the point is locally (certificate), what was searched over all of y (over_y) and
+/// over x (over_x). kind is LocalMinmax only together with a success. There is no success if a
+/// search over y that was asked for found a better y or was not finished. Multipliers satisfy grad
+/// f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max variable's bounds
+/// are <= 0.
 ///
 /// Objective, constraints, error and certificate are those of v and of the multipliers, whatever
-/// the status. Only the moves of honor_original_bounds (by bound_relax_factor) come after the dual
-/// and complementarity errors. Without a point (refused, undefined at the start, out of memory) the
-/// vectors are empty, objective and errors NaN and the kind is unknown. What the model does not
-/// define at v is NaN; with a success everything is finite.
+/// the status. Exception: honor_original_bounds moves v (by bound_relax_factor) after the dual and
+/// complementarity errors were computed. Without a point (refused, undefined at the start, out of
+/// memory) the vectors are empty, objective and errors NaN and the kind is unknown. What the model
+/// does not define at v is NaN; with a success everything is finite.
 struct Result {
   Status status = Status::InternalError;
   Certificate certificate;
@@ -320,9 +331,9 @@ struct Result {
   /// Negative: f is maximized over x and minimized over y, a local minmax is one of -f, and the
   /// multipliers of bounds have the opposite signs: <= 0 for Min variables, >= 0 for Max variables.
   double objective_scale = 1.0;
-  /// The bounds of fixed variables were moved apart as with fixed_variable_treatment relax_bounds,
-  /// although the option takes these variables out: without them there were too few degrees of
-  /// freedom. Errors and multipliers are those of the moved bounds.
+  /// Whether the bounds of fixed variables were moved apart, as with fixed_variable_treatment
+  /// relax_bounds, because there were too few degrees of freedom without these variables. Errors
+  /// and multipliers are those of the moved bounds.
   bool fixed_variables_relaxed = false;
   KktError error = KktError::unknown();
   double mu = 0.0;  ///< last barrier parameter
@@ -333,8 +344,8 @@ struct Result {
   Counts counts;
   Timing timing;
   WorstCase worst_case;  ///< of f; see WorstCase::starts, minmax_worst_case_starts
-  /// Of robust constraints and of an objective treated as one (minmax_epigraph): ordered by
-  /// constraint, first found first.
+  /// Worst cases of robust constraints, and of an objective that is treated as one
+  /// (minmax_epigraph). Ordered by constraint, the first found first.
   std::vector<RobustWorstCase> worst_cases;
   SearchOverY over_y;
   SearchOverX over_x;

@@ -11,26 +11,26 @@
 
 namespace ipminmax {
 
-/// What a bound is at the solution nearby. Weakly active: multiplier and distance are both small,
-/// there is no strict complementarity that could be seen.
+/// State of a bound at the solution nearby. Weakly active: multiplier and distance are both small,
+/// so strict complementarity cannot be seen.
 enum class BoundClass : std::uint8_t { Inactive, WeaklyActive, Active };
 
-/// The one rule of what is active, by a multiplier and a distance in lengths in which both count
-/// the same: no doubt where one is strict_ratio times the other.
+/// Classifies a bound by its multiplier and distance, both scaled. It is active, or inactive, if
+/// one exceeds the other by more than the factor strict_ratio.
 [[nodiscard]] inline BoundClass class_of(double multiplier, double distance, double strict_ratio) {
   if (multiplier > strict_ratio * distance) return BoundClass::Active;
   return strict_ratio * multiplier < distance ? BoundClass::Inactive : BoundClass::WeaklyActive;
 }
 
-/// Per canonical variable; a slack stands for its inequality. Of two bounds the more active one
-/// counts.
+/// One class per canonical variable; a slack stands for its inequality. If a variable has two
+/// bounds, the more active one counts.
 struct ActiveBounds {
   std::vector<BoundClass> of;
-  std::vector<std::int8_t> side;  ///< -1: the lower bound is meant, +1: the upper one, 0: none
-  /// Per canonical constraint, or empty: rows that say nothing beside others, whose multipliers are
-  /// kept as they are.
+  std::vector<std::int8_t> side;  ///< -1: of the lower bound, +1: of the upper one, 0: none
+  /// Per canonical constraint, or empty: redundant rows. Their multipliers stay as they are.
   std::vector<bool> redundant;
-  /// The same of Max's rows on copies that are held; their multipliers vanish.
+  /// Per canonical constraint, or empty: Max's rows on copies that are held. Their multipliers are
+  /// zero.
   std::vector<bool> held_rows;
 
   /// All bounds inactive, all rows counted.
@@ -63,13 +63,14 @@ struct ActiveBounds {
   }
 };
 
-/// By z / s, scaled: a first guess, which a Newton step has to confirm. A bound no farther than
-/// what it was relaxed by is never inactive. Weakly active where the ratio is no larger than
-/// strict_ratio and no smaller than its inverse.
+/// Guesses the active set by z / s, scaled. A Newton step has to confirm it. A bound is weakly
+/// active if the ratio lies between 1 / strict_ratio and strict_ratio. A bound that is no farther
+/// than its relaxation is never inactive.
 void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
                       const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
                       ActiveBounds& set);
-/// Whether a point of the model's own feasible set may lie on the bound: it was relaxed by so much.
+/// Whether the distance to the bound is at most its relaxation, so that the model's own bound may
+/// be active.
 [[nodiscard]] bool within_relaxation(const CanonicalProblem& canonical, Index i, int side,
                                      double distance, const SolverOptions& options);
 
@@ -84,39 +85,40 @@ void for_each_slack(const CanonicalProblem& canonical, Visit&& visit) {
   }
 }
 
-/// What an ActiveSetSystem works with, kept from one to the next.
+/// Work arrays of an ActiveSetSystem, kept from one to the next.
 struct ActiveSetArrays {
   Evaluation scaled, reduced;
   std::vector<char> fixed;     ///< as bool, read often
   std::vector<bool> left_out;  ///< rows, or empty
   Vector curvature;
-  NewtonResidual rhs;  ///< of whoever solves with the system
+  NewtonResidual rhs;  ///< right-hand side of the next solve
   Step step;
 };
 
-/// The scaled KKT system of the active set: fixed variables (at active bounds) and the rows of
-/// inactive inequalities are taken out, active inequalities are equalities. Uses the matrices of a
-/// KktSystem, with rows that are taken out replaced by those of the identity, signs as expected.
+/// The scaled KKT system of the active set. Variables at active bounds and rows of inactive
+/// inequalities are taken out; active inequalities are equalities. It uses the matrices of a
+/// KktSystem: rows that are taken out become rows of the identity with the expected signs.
 class ActiveSetSystem {
  public:
   /// Whether weakly active bounds are fixed, per player.
   struct Weak {
     bool min_fixed = false, max_fixed = false;
   };
-  /// So that the verdict of the sufficient conditions holds whatever the weakly active bounds are:
-  /// those of Min as inactive, for more directions are open to him; those of Max as active in K,
-  /// for phi(x) is at least what he gets with them.
+  /// Choice under which the sufficient conditions hold whatever the weakly active bounds turn out
+  /// to be. Min's count as inactive: Min then has more directions. Max's count as active in K:
+  /// phi(x) is at least the value with them.
   static constexpr Weak kSufficient{.min_fixed = false, .max_fixed = true};
 
-  /// The point's derivatives are copied. arrays: of no other system that is in use; null: its own.
+  /// Copies the point's derivatives. arrays: not used by another system at the same time; null: the
+  /// system makes its own.
   ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
                   const ActiveBounds& its_set, const VariableScaling& its_scaling,
                   const Evaluation& evaluation, ActiveSetArrays* arrays = nullptr);
   ActiveSetSystem(const ActiveSetSystem&) = delete;
   ActiveSetSystem& operator=(const ActiveSetSystem&) = delete;
 
-  /// Assembles K and K_yy with min_times, max_times the error (per variable, scaled; may be empty)
-  /// added to the curvature of the players' variables: to W for Min, taken from W for Max.
+  /// Assembles K and K_yy. Adds min_times error to W for Min's variables, and subtracts max_times
+  /// error from W for Max's. error: per variable, scaled; may be empty.
   void assemble(Weak fixed, const Vector& error = {}, double min_times = 0.0,
                 double max_times = 0.0);
 
@@ -125,27 +127,27 @@ class ActiveSetSystem {
   const ActiveBounds& set;
   const VariableScaling& scaling;
 
-  /// The matrices' derivatives of the last assemble.
+  /// Derivatives in the matrices of the last assemble().
   [[nodiscard]] const Evaluation& assembled() const { return arrays_.reduced; }
   /// Rows that are left out, or empty.
   [[nodiscard]] const std::vector<bool>& left_out() const { return arrays_.left_out; }
   /// Scaled derivatives, nothing taken out.
   [[nodiscard]] const Evaluation& derivatives() const { return arrays_.scaled; }
-  /// A right-hand side, zero, and solution for the next solve with the system.
+  /// Returns a zero right-hand side and clears the solution, for the next solve.
   [[nodiscard]] NewtonResidual& rhs() {
     set_zero(canonical, arrays_.step);
     set_zero(canonical, arrays_.rhs);
     return arrays_.rhs;
   }
   [[nodiscard]] Step& step() { return arrays_.step; }
-  /// With K_yy or K as factorized last.
+  /// Solves with K_yy (inner) or K as factorized last. False: not accurate.
   [[nodiscard]] bool solve(bool inner, const NewtonResidual& rhs, Step& solution,
                            const Accuracy& accuracy = {}) {
     return inner ? kkt.solve_inner(assembled(), rhs, solution, accuracy)
                  : kkt.solve(assembled(), rhs, solution, accuracy);
   }
 
-  /// With the weakly active bounds as in the last assemble.
+  /// Whether a variable is at an active bound, weakly active bounds as in the last assemble().
   [[nodiscard]] bool is_fixed(Index variable) const { return arrays_.fixed[at(variable)] != 0; }
   /// Neither fixed nor a slack.
   [[nodiscard]] bool is_free(Index variable) const {

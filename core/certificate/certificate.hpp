@@ -12,43 +12,44 @@
 #include "core/model/parameters.hpp"
 #include "core/result.hpp"
 
-// The second-order test. A TrialPoint is a point near the solution with an active set, a scaling
-// and what the tests found of them; it is all that the parts pass on.
+// The second-order test. A TrialPoint is a point near the solution, with an active set, a scaling
+// and the results of the tests. It is all that the parts pass to each other.
 //
-//  1. certify (certificate). What is known from outside: second derivatives that are differences
-//     have an error; copies of y that only inactive robust rows read are held (robust_rows).
+//  1. certify (certificate). Prepares: the error of second derivatives that are differences; holds
+//     copies of y that only inactive robust rows read (robust_rows).
 //
-//  2. first_look (certificate): two factorizations at a clear point. Variable scaling (scaling).
-//     Active-set identification by z / s and the KKT system of the active set (active_set). The
-//     inertias of K_yy and K with the margin taken from both (trial: second_order_test). The
-//     Newton step to the solution: does it keep the active set, would the next one be much
-//     shorter, what do W and the active gradients change by on the way (newton_step)? W beside a
-//     difference of gradients (derivative_checks). All right: certified. minmax_certificate quick
-//     ends here, unless the inertias are wrong.
+//  2. first_look (certificate), the nondegenerate test: two factorizations. Variable scaling
+//     (scaling). Active-set identification by z / s and the KKT system of the active set
+//     (active_set). The inertias of K_yy and K with the margin taken from both (trial:
+//     second_order_test). The Newton step to the solution: does it keep the active set, would the
+//     next step be much shorter, how much do W and the active gradients change on the way
+//     (newton_step)? Comparison of W with a difference of gradients (derivative_checks). If all is
+//     right the point is certified. minmax_certificate quick ends here, unless the inertias are
+//     wrong.
 //
-//  3. correct_and_test (corrections): the same at other points, with pivoting. Where bounds are not
-//     clear the active set by z / s alone is tried first. A trial that does not pass is changed by
-//     the first correction of a table that applies:
-//       release_bounds       of Max, that he leaves
-//       leave_out_rows       that say nothing beside others (dependence)
-//       scale_min_first      lengths of x without what couples x to y
+//  3. correct_and_test (corrections), the degenerate test: the same at other points, with pivoting.
+//     If the active set is not clear, the set by z / s alone is tried first. If a trial does not
+//     pass, the first correction of this table that applies changes it:
+//       release_bounds       that the Newton step shows to be inactive
+//       leave_out_rows       that are redundant (dependence)
+//       scale_min_first      lengths of x without the coupling of x to y
 //       take_newton_step     towards the solution
-//       follow_path          the active set that shows itself while mu falls (barrier_path)
-//       allow_other_answers  K_yy is singular, y best but not unique: curvature is taken from Max,
-//                            and y has to maximize, by structure or by values (other_answers)
-//     The point that is returned is the one that is spoken of, or moves there.
+//       follow_path          finds the active set while mu falls (barrier_path)
+//       allow_other_answers  K_yy is singular, y best but not unique: takes curvature from Max; y
+//                            must maximize, by structure or by values (other_answers)
+//     The returned point is the certified one: it moves there if necessary.
 //
 //  4. judge_without_certificate (refutation): refuted, by a direction of wrong curvature; flat, one
-//     of many equally good points (directions); or why neither is known (reasons).
+//     of many equally good points (directions); or undecided, with reasons (reasons).
 //
 // With mu_target > 0 the barrier problem is tested instead (barrier_path). The certificate is
-// written in one place (certificate: write). Numbers stand in parameters.hpp.
+// written in one place (certificate: write). The numbers are in parameters.hpp.
 
 namespace ipminmax {
 
-/// Inertias of the two matrices, and how much a system with each amplifies a generic right-hand
-/// side (inverse-norm estimate): moderate numbers show that the gradients of the equalities are
-/// independent.
+/// Whether the two matrices have the expected inertias, and inverse-norm estimates: the largest
+/// entry of the solution for a generic right-hand side. Moderate values show that the gradients of
+/// the equalities are independent.
 struct InertiaTest {
   bool inner = false;
   bool full = false;
@@ -57,7 +58,7 @@ struct InertiaTest {
   [[nodiscard]] bool both() const { return inner && full; }
 };
 
-/// A point near the solution with a guess of what is active there, and what was found of them.
+/// A point near the solution with a guess of its active set, and the results of the tests.
 struct TrialPoint {
   Point point;
   double mu = 0.0;
@@ -65,10 +66,10 @@ struct TrialPoint {
   VariableScaling scaling;
   bool min_first = false;  ///< rule of the scaling
   InactiveCopies inactive;
-  /// Curvature taken from all of Max's variables, scaled, where his best answer is not unique.
+  /// Curvature subtracted from all of Max's variables, scaled, if the best answer is not unique.
   double proximal = 0.0;
   int steps = 0;          ///< of Newton's method that have led here
-  bool followed = false;  ///< the active set showed itself while mu fell
+  bool followed = false;  ///< the active set was found while mu fell
   bool relaxed = false;   ///< bounds were released that bound_relax_factor alone made active
   bool is_far = false;    ///< the conditions hold, at a solution that is farther than allowed
 
@@ -78,30 +79,31 @@ struct TrialPoint {
   InertiaTest test;
   std::optional<Dependences> dependences{};
 
-  std::optional<Point> moved{};            ///< nearer to the solution than the point given
-  double margin = 0.0;                     ///< that the inertias were right with
-  std::optional<Inertia> inner{}, full{};  ///< measured where the test failed or y is not unique
+  std::optional<Point> moved{};            ///< point nearer to the solution than the given one
+  double margin = 0.0;                     ///< with which the inertias were right
+  std::optional<Inertia> inner{}, full{};  ///< measured if the test failed or y is not unique
   std::optional<WrongCurvature> wrong{};
 
-  /// At a point, with nothing found; arrays keep their room.
+  /// Starts a trial at a point, without results. Arrays keep their memory.
   void begin(const CanonicalProblem& canonical, const Point& here, double its_mu);
-  /// The inactive copies are held, and the rows on them left out.
+  /// Holds the inactive copies and leaves out the rows on them.
   void hold_inactive();
 };
 
 /// What the second-order test found, and where.
 struct Finding {
   Certificate certificate;
-  /// A point nearer to the solution, with all derivatives and the barrier parameter that belongs to
-  /// it, of which the certificate speaks; empty: of the point that was given.
+  /// The point that the certificate is about, with all derivatives and the barrier parameter that
+  /// belongs to it. Empty: it is about the given point.
   std::optional<Point> point;
   double mu = 0.0;
-  /// Why the verdict is Violated; or, of an undecided minimization, a step to smaller values.
+  /// The direction that refutes a point (Violated). In an undecided minimization: a step to smaller
+  /// values.
   std::optional<WrongCurvature> wrong;
-  std::string remark;  ///< where W is wrong, if it is, without line end
+  std::string remark;  ///< which entry of W is wrong; empty: none. Without line end
 };
 
-/// What the test of a clear point works with, kept from test to test.
+/// Work arrays of the test, kept from test to test.
 struct CertificateArrays {
   ScalingArrays scaling;
   TrialPoint trial;  ///< of the first look
@@ -111,13 +113,13 @@ struct CertificateArrays {
   CornerArrays corner;
 };
 
-/// Second-order test at a first-order point: the paper's Proposition "Second order sufficient
-/// conditions for constrained minmax", all regularization off. The claim, its hypotheses and what
-/// of them is proved, checked or trusted: docs/algorithm.md, "Second-order test".
+/// Makes the second-order test at a first-order point: the paper's Proposition "Second order
+/// sufficient conditions for constrained minmax", all regularization off. For the claim, its
+/// hypotheses and how they are checked see docs/algorithm.md, "Second-order test".
 ///
-/// point: f, c, first and second derivatives and the dual residual at the iterate. The KKT matrices
-/// are left at the certificate's values. factorizations: that may be spent on an undecided point,
-/// beyond those of the first look; options.minmax_certificate: Full or Quick.
+/// point: with f, c, first and second derivatives and the dual residual at the iterate.
+/// factorizations: how many an undecided point may cost, beyond those of the first look.
+/// options.minmax_certificate: Full or Quick. The KKT matrices keep the certificate's values.
 [[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
                               double mu, const SolverOptions& options, Index factorizations,
                               CertificateArrays& arrays);

@@ -9,14 +9,14 @@
 
 namespace ipminmax {
 
-/// Little curvature of the two matrices, by two inverse iterations each: an upper estimate of the
-/// least, scaled (no entry of W_yy exceeds 1, nor does one of W_xx).
+/// Direction of little curvature of both matrices, by two inverse iterations each, and an upper
+/// estimate of the least curvature, scaled.
 struct LittleCurvature {
-  Vector direction;  ///< canonical lengths; with a generic part, so that all of W counts
+  Vector direction;  ///< canonical lengths; with a generic part, so that errors of all rows show
   double least = 1.0;
   Index variable = -1;  ///< canonical, the one that moves most along the least; -1: no factors
 };
-/// What the following work with, kept from call to call.
+/// Work arrays of the following functions, kept from call to call.
 struct CurvatureArrays {
   LittleCurvature found;
   NewtonResidual rhs;
@@ -26,22 +26,22 @@ struct CurvatureArrays {
   std::vector<bool> held;  ///< variables at active bounds, and slacks
   DifferenceArrays differences;
 };
-/// In arrays.found. The matrices were factorized; assembled: their derivatives; null: there are no
-/// factors. is_scaled: whether those are.
+/// Writes arrays.found. assembled: derivatives in the factorized matrices; null: there are no
+/// factors. is_scaled: whether these derivatives are scaled.
 void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
                            const VariableScaling& scaling, const Evaluation* assembled,
                            bool is_scaled, CurvatureArrays& arrays);
 
-/// A certificate is a statement about W, so W is compared with a difference of gradients along the
-/// direction of little curvature, to a tenth of it. The row of W that disagrees; empty: none, or
-/// the model is undefined on both sides of the point. lambda: for which W was evaluated. arrays:
-/// after find_little_curvature.
+/// Compares W with a difference of gradients along the direction of little curvature, to a tenth of
+/// that curvature. Returns the row of W that disagrees most; empty: none, or the model is undefined
+/// on both sides of the point. lambda: for which W was evaluated. arrays: after
+/// find_little_curvature.
 [[nodiscard]] std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical,
                                                       const Point& point, const Vector& lambda,
                                                       const VariableScaling& scaling,
                                                       CurvatureArrays& arrays);
 
-/// What the check of a vertex works with, kept from one to the next.
+/// Work arrays of the check of a vertex.
 struct CornerArrays {
   Vector here, there;  ///< gradients of the Lagrangian
   Vector balanced, step, predicted, longest;

@@ -8,35 +8,34 @@
 
 namespace ipminmax {
 
-/// What the Newton step to the solution of the active set's equations tells of a point.
+/// Result of the Newton step to the solution of the active set's equations.
 struct NewtonTest {
-  bool done = false;       ///< the steps could be computed and the model evaluated at the end
+  bool done = false;       ///< both steps were computed and the model could be evaluated
   bool set_holds = false;  ///< multipliers and distances at the end confirm the active set
-  /// Bounds that are not active: weakly active ones of Max that he leaves, for their multiplier is
-  /// negative, and those whose multiplier comes from bound_relax_factor.
+  /// Bounds to be released: weakly active ones of Max whose multiplier becomes negative, and those
+  /// whose multiplier only comes from bound_relax_factor.
   std::vector<Index> released;
-  /// Contraction rate: step that the curvature of the equations makes necessary at the end, over
-  /// the step. Newton's method converges from a point where that is below 1/4 (it is 1/4 for x^3
-  /// at 0).
+  /// Contraction rate: length of the second step over the first. Newton's method converges from a
+  /// point if it is below 1/4 (it is 1/4 for x^3 at 0).
   double contraction = 0.0;
   Index changing = -1;  ///< bound whose class changes, if one does
   Index left_in = -1;   ///< variable that the second step moves most
-  Vector error;         ///< per variable, scaled: bounds what W changes by on the way, twice
+  Vector error;         ///< per variable, scaled: twice the row sums of the change of W on the way
   std::vector<double> hessian_change;  ///< on the way, per triplet, canonical units
   double step = 0.0;                   ///< longest entry of the step, scaled
-  /// Jacobian variation: what the rows of active constraints change by on the way, sum of the
-  /// scaled entries of the worst one; inner: of Max's rows in his variables.
+  /// Jacobian variation: sum of the scaled changes of a row of an active constraint on the way, for
+  /// the worst row; inner: of Max's rows in Max's variables.
   double turn = 0.0, inner_turn = 0.0;
   Index turning = -1;  ///< constraint whose row changes most
-  /// On the bounds to 99 percent, inactive multipliers of constraints zero. Multipliers of active
-  /// bounds are those that balance the gradient, of others those that keep z s.
+  /// End of the step: 99 percent of the way to active bounds. Multipliers of inactive constraints
+  /// are zero, those of active bounds balance the gradient, the others keep z s.
   Iterate end;
 
-  /// Nothing found; arrays keep their room.
+  /// Clears the result. Arrays keep their memory.
   void clear();
 };
 
-/// What test_newton works with, kept from call to call.
+/// Work arrays of newton_confirms, kept from call to call.
 struct NewtonArrays {
   Vector lambda;       ///< without those of rows that do not count
   Vector dv, dlambda;  ///< Newton step

@@ -3,67 +3,75 @@
 #include "core/model/parameters.hpp"
 #include "core/result.hpp"
 
-/// The numbers of the second-order test that are no options, each with what it decides. What the
-/// parts change that they belong to: bench/README.md; bench/constants.sh varies each of them.
+/// Numbers of the second-order test that are not options, each with what it decides.
+/// bench/constants.sh varies each of them; bench/README.md has the results.
 namespace ipminmax::parameters::certificate {
 
 using namespace parameters;  // those of all rooms
 
 // --- Shares and roundings that several parts have in common --------------------------------------
 
-constexpr double kConfirmed = 0.5;  ///< of something: a change that leaves it what it is
-/// Square root of rounding: a residual, and relative distances over which W is compared.
+constexpr double kConfirmed = 0.5;  ///< share of a value: a smaller change leaves it what it is
+/// Square root of rounding: limit of a residual; relative distance over which W is compared.
 constexpr double kRootOfRounding = 1e-8;
-constexpr double kRelaxation = 1e-10;  ///< of rows of length one whose gradients may depend
-constexpr double kRigid = 1e20;        ///< curvature of a slack whose inequality is an equation
+/// Shift of rows of length one whose gradients may depend on each other.
+constexpr double kRelaxation = 1e-10;
+constexpr double kRigid = 1e20;  ///< curvature of a slack whose inequality is an equation
 
 // --- Which bounds are active ---------------------------------------------------------------------
 
-constexpr double kStrictRatio = 100.0;  ///< z / s in units, or s / z, that is no doubt
-constexpr double kClearTrend = 0.75;    ///< share of what s or z loses with mu that is no doubt
-constexpr double kDecrease = 0.05;      ///< of mu
+/// A bound is clearly active, or inactive, if z / s, or s / z, exceeds this (scaled).
+constexpr double kStrictRatio = 100.0;
+/// Share of the decrease of mu that s or z must follow to be clear.
+constexpr double kClearTrend = 0.75;
+constexpr double kDecrease = 0.05;  ///< factor of mu on the path
 constexpr int kMostDecreases = 8, kMostBarrierSteps = 24;
 constexpr double kTau = 0.995;  ///< fraction to the boundary
 
 // --- The Newton step to the solution -------------------------------------------------------------
 
-/// Second step with the same matrix over the first, up to which Newton's method converges: 1/4 for
-/// x^3 at 0, quadratic convergence is near below it.
+/// Largest ratio of the second step to the first at which Newton's method counts as converging. For
+/// x^3 at 0 it is 1/4; below it quadratic convergence is near.
 constexpr double kContraction = 0.1;
-constexpr double kShareOfWay = 0.99;      ///< to an active bound: models may be undefined on it
-constexpr double kStepIsRounding = 1e-5;  ///< over the distance over which W is compared
-/// Change of the active gradients over a step times what the matrices amplify, up to which these
-/// are nonsingular all along it.
+/// Share of the way to an active bound that a step goes: models may be undefined on it.
+constexpr double kShareOfWay = 0.99;
+constexpr double kStepIsRounding = 1e-5;  ///< a step below this share of the step tried is rounding
+/// Largest product of Jacobian variation and inverse-norm estimate at which the matrices stay
+/// nonsingular along a step.
 constexpr double kTurn = 0.25;
-constexpr double kResiduals = 10.0;   ///< of a gradient, that its multipliers may be off by
-constexpr double kIndependent = 1e5;  ///< amplification by matrices with independent gradients
-constexpr Index kToConfirm = 3;       ///< factorizations of a step and the test at its end
+/// Error of multipliers, in residuals of the gradient that they balance.
+constexpr double kResiduals = 10.0;
+constexpr double kIndependent = 1e5;  ///< largest inverse-norm estimate with independent gradients
+constexpr Index kToConfirm = 3;       ///< factorizations for a Newton step and the test at its end
 
 // --- How far a solution may be from the point ----------------------------------------------------
 
-constexpr double kInTols = 100.0;  ///< a step or margin that belongs to a tolerance, over that
-constexpr double kLeastFar = 1e-6, kMostFar = 1e-4;  ///< within these
+constexpr double kInTols = 100.0;  ///< a step or margin over the tolerance that it belongs to
+/// Limits of a relative distance that moves the point.
+constexpr double kLeastFar = 1e-6, kMostFar = 1e-4;
 
 // --- Directions ----------------------------------------------------------------------------------
 
-constexpr double kClearlyWrong = 2.0;  ///< curvature over error and margin
-constexpr double kGrowth = 16.0;       ///< of the shift
+/// Least wrong curvature of a refutation, over error and margin.
+constexpr double kClearlyWrong = 2.0;
+constexpr double kGrowth = 16.0;  ///< growth factor of the shift
 constexpr double kShorter = 0.25;
 
 // --- Gradients that depend on each other, cones, robust rows -------------------------------------
 
-/// Of combinations that are looked for, each of which costs two substitutions: vertices of linear
+/// Work for dependent combinations, each of which costs two substitutions: vertices of linear
 /// programs have many.
 constexpr Index kDependentEntries = 200000;
-constexpr double kDependent = 1e-7;  ///< a combination of rows of length one that is zero
-/// The same after kFew steps of inverse iteration that is none: 3 times the square root of
-/// kRelaxation.
+/// Largest combination of rows of length one that counts as zero.
+constexpr double kDependent = 1e-7;
+/// After kFew steps of inverse iteration a larger combination is not zero: 3 times the square root
+/// of kRelaxation.
 constexpr double kClearlyIndependent = 3e-5;
-constexpr double kFirm = 1e6;  ///< growth of barrier curvatures that hold bounds
+constexpr double kFirm = 1e6;  ///< factor of the barrier curvatures that hold bounds
 
 // --- W beside differences of gradients -----------------------------------------------------------
 
 constexpr double kLeastError = 1e-5,
-                 kLargestError = 1e-3;  ///< of W in units, that count
+                 kLargestError = 1e-3;  ///< limits of the relative error of W that counts, scaled
 
 }  // namespace ipminmax::parameters::certificate

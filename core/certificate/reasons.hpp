@@ -19,7 +19,8 @@ class Reasons {
 
   using Kind = CertificateReason::Kind;
 
-  /// A weakly active bound alone is none: the test passes with many.
+  /// Whether a reason other than a weakly active bound was added. Points with weakly active bounds
+  /// may be certified.
   [[nodiscard]] bool has_obstacle() const {
     return std::ranges::any_of(reasons_,
                                [](const auto& r) { return r.kind != Kind::WeaklyActive; });
@@ -32,18 +33,18 @@ class Reasons {
          .variables = {},
          .constraints = {}});
   }
-  /// With the name of a canonical variable, or of a slack's inequality, in the middle.
+  /// Adds before + name + after, with the name of a canonical variable or of a slack's inequality.
   void add_about(Kind kind, Index i, const std::string& before, const std::string& after = {});
   void add_about_row(Kind kind, Index constraint, const std::string& before,
                      const std::string& after = {});
   /// One for each weakly active bound or inequality.
   void add_weakly_active(const ActiveBounds& set);
   void add_dependences(const Dependences& dependences);
-  /// The bound near the point that was relaxed by most beside what it bounds, if that is much:
-  /// bound_relax_factor means the same in no other units.
+  /// Names the bound near the point whose relaxation is largest relative to the size of its
+  /// variable, if that is much. bound_relax_factor depends on the units of the model.
   void add_relaxed(const Iterate& iterate, const VariableScaling& scaling,
                    const SolverOptions& options);
-  /// A step of canonical variables; before the names of its largest entries.
+  /// Adds before and the names of the largest entries of a step of canonical variables.
   void add_direction(Kind kind, Player player, const Vector& step, const char* before);
 
   [[nodiscard]] std::vector<CertificateReason> take() { return std::move(reasons_); }

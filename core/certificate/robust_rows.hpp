@@ -8,9 +8,9 @@
 
 namespace ipminmax {
 
-/// Copies of y that serve inactive robust constraints (CanonicalProblem::owners): where they stand
-/// does not matter to x, and they have no curvature of their own (lambda_r goes to 0). In the test
-/// they are held, and Max's rows on them left out.
+/// Inactive copies: copies of y that serve inactive robust constraints (CanonicalProblem::owners).
+/// Their values do not matter to x, and they have no curvature because lambda_r goes to 0. The test
+/// holds them and leaves out Max's rows on them.
 struct InactiveCopies {
   std::vector<Index> variables;
   std::vector<bool> rows;  ///< per canonical constraint, or empty

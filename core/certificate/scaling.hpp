@@ -11,24 +11,23 @@ namespace ipminmax {
 
 using Vector = Eigen::VectorXd;
 
-/// Lengths of variables in which no entry of W_yy exceeds 1, then none of W_xx and W_xy, and
-/// variables with curvature have an entry of about that size, so that "little curvature" means the
-/// same whatever the units of the model.
+/// Scaled variables: no entry of W_yy, W_xx and W_xy exceeds 1, and each variable with curvature
+/// has an entry of about that size. So "little curvature" means the same in all units of the model.
 struct VariableScaling {
   Vector variable;    ///< per canonical variable; a slack's is its constraint's
   Vector constraint;  ///< per canonical constraint
 };
 
 struct ScalingRules {
-  /// Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a coupling with
-  /// a y that constraints hold is no curvature of x.
+  /// Scales Min's variables by W_xx alone, then Max's by W_yy and W_xy: the coupling to a y that
+  /// constraints hold gives no curvature of x.
   bool min_first = false;
-  /// Variables without curvature of their own get lengths from what couples them to the other
+  /// Variables without curvature of their own get lengths from their coupling to the other
   /// player's.
   bool by_coupling = false;
 };
 
-/// A scaling with what it is found by, kept from call to call.
+/// A scaling and its work arrays, kept from call to call.
 struct ScalingArrays {
   VariableScaling scaling;
   Vector size;                       ///< of variables, here or at the start
@@ -41,11 +40,11 @@ struct ScalingArrays {
   std::vector<Terms> terms;  ///< of equations
 };
 
-/// Diagonal entries first, then rows without one by what couples them, then variables without
-/// curvature by the constraints that tie them to others: each step depends on the units of the
-/// model by the factor that it should. Variables that nothing ties keep the model's. Finally, a
-/// variable's length is reduced if the other terms of one of its equations are negligible beside
-/// it, down to the variable's size at v or at the start.
+/// Computes the scaling: first from diagonal entries, then for rows without one from their
+/// couplings, then for variables without curvature from the constraints that tie them to others.
+/// Each step transforms correctly when the units of the model change. Variables that nothing ties
+/// keep the model's units. Finally, a variable's length is reduced if the other terms of one of its
+/// equations are negligible beside it, down to the variable's size at v or at the start.
 const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                         const Evaluation& evaluation, ScalingArrays& arrays,
                                         ScalingRules rules = {});
@@ -53,20 +52,21 @@ const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const
                                                const Evaluation& evaluation,
                                                ScalingRules rules = {});
 
-/// A variable's own size, which does not grow with a shift of its origin: the least of its values,
-/// the width of its box, and the way from the starting point or its length, whichever is longer.
+/// Returns a variable's own size, which does not grow with a shift of its origin: the least of its
+/// value, the width of its box, and the larger of its scaled unit and its distance from the
+/// starting point.
 [[nodiscard]] double own_size(const CanonicalProblem& canonical, double v, Index i,
                               const VariableScaling& scaling);
 
 /// Longest entry of a vector of variables, slacks apart.
 [[nodiscard]] double longest(const CanonicalProblem& canonical, const Vector& v,
                              const VariableScaling& scaling);
-/// Of the point or the starting point, whichever is larger.
+/// Longest entry, scaled, of the point or of the starting point, whichever is larger; slacks apart.
 [[nodiscard]] double size_of_problem(const CanonicalProblem& canonical, const Vector& v,
                                      const VariableScaling& scaling);
 
-/// Of right-hand sides and directions without the symmetries that a problem may have: of size 1/2
-/// to 1, for beside an entry next to zero a large entry of the inverse would not show.
+/// Entry i of a generic vector without symmetries. Its size is between 1/2 and 1, so that no large
+/// entry of an inverse stays hidden.
 [[nodiscard]] inline double generic_entry(Index i) {
   const double turns = 0.6180339887498949 * static_cast<double>(i + 1);
   const double entry = turns - std::floor(turns) - 0.5;
@@ -79,7 +79,7 @@ void for_each_entry(const Pattern& pattern, Values& values, Visit&& visit) {
   for (std::size_t k = 0; k < values.size(); ++k) visit(pattern[k].row, pattern[k].col, values[k]);
 }
 
-/// Scaled derivatives, with the values' call numbers forgotten.
+/// Writes the scaled derivatives. Their call numbers are reset.
 void set_scaled(const CanonicalProblem& canonical, const Evaluation& evaluation,
                 const VariableScaling& scaling, Evaluation& scaled);
 

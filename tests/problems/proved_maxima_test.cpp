@@ -42,7 +42,7 @@ struct Negated {
   }
 };
 
-/// Prints what docs/proof.md quotes.
+/// Prints what bench/README.md quotes.
 template <class Function>
 void expect_proved(const Known& known, Function function) {
   SCOPED_TRACE(known.name);

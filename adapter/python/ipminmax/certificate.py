@@ -1,4 +1,4 @@
-"""What was found at a returned point."""
+"""The second-order test of a returned point."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ class _NamedNumber(IntEnum):
 
 
 class PointKind(_NamedNumber):
-    """What was shown of the point; prints as its name."""
+    """What the returned point is; prints as its name."""
 
     LOCAL_MINMAX = 0  #: certified: both inertias right with margin
     FIRST_ORDER_POINT = 1  #: stationary, not certified
@@ -24,23 +24,23 @@ class PointKind(_NamedNumber):
 
 
 class SecondOrder(_NamedNumber):
-    """What its second-order test found."""
+    """Result of the second-order test; prints as its name."""
 
     NOT_TESTED = 0  #: not a first-order point
     SATISFIED = 1
-    UNDECIDED = 2  #: none of the others could be shown; see reasons
+    UNDECIDED = 2  #: nothing could be shown; see reasons
     VIOLATED = 3  #: an eigenvalue has a definite wrong sign: not a local minmax
     FLAT = 4  #: not refuted, the value is constant along directions without curvature
 
 
 class InnerAnswer(_NamedNumber):
-    """What was shown of the maximizer's answer y; unknown where x is not certified."""
+    """What is known of y, Max's answer to x; UNKNOWN if the point is not certified."""
 
     UNKNOWN = 0
-    STRICTLY_BEST = 1  #: nearby, to this x
-    UNIQUE = 2  #: one answer nearby to each x nearby, Lipschitz in x
-    SMOOTH = 3  #: the same, differentiable in x
-    BEST_NOT_UNIQUE = 4  #: best nearby to this x, as others are
+    STRICTLY_BEST = 1  #: not given any more
+    UNIQUE = 2  #: exactly one answer to each x nearby, Lipschitz in x
+    SMOOTH = 3  #: the same, and differentiable in x
+    BEST_NOT_UNIQUE = 4  #: y is a best answer; others may be as good
 
 
 class Inertia(NamedTuple):
@@ -53,7 +53,7 @@ class Inertia(NamedTuple):
 
 @dataclass(frozen=True)
 class Certificate:
-    """Second-order test of a point; README.md, "Status and certificate"."""
+    """Result of the second-order test of a point; see docs/certificate.md."""
 
     kind: PointKind
     second_order: SecondOrder
@@ -61,21 +61,21 @@ class Certificate:
     inner_expected: Inertia
     full: Inertia  #: of both players'
     full_expected: Inertia
-    margin: float  #: curvature probed; 0 unless satisfied
+    margin: float  #: curvature that the test subtracted, scaled; 0 unless satisfied
     licq_min: bool  #: gradients of the player's active constraints are independent
     licq_max: bool
     weakly_active_min: int  #: active bounds and inequalities whose multiplier vanishes
     weakly_active_max: int
     finite_differences: bool  #: second derivatives are differences of first ones
-    hessian_error: float  #: curvature by which those may be wrong; the verdict allows for it
-    hessian_disagrees: bool  #: the model's second derivatives are wrong, so nothing is certified
-    least_curvature: float  #: about the least there is, of at most 1; 0 unless satisfied
-    least_curvature_variable: int  #: the one that moves most along it; -1: not known
+    hessian_error: float  #: estimate of their error in curvature; the result allows for it
+    hessian_disagrees: bool  #: second derivatives disagree with gradients: not certified
+    least_curvature: float  #: estimate of the least, at most 1; 0 unless satisfied
+    least_curvature_variable: int  #: variable that moves most along it; -1: not known
     answer: InnerAnswer  #: what is known of y
-    reasons: List[str]  #: why the certificate is not more than it is; may be empty
+    reasons: List[str]  #: why the point is not certified, or remarks; may be empty
     proved: bool  #: with minmax_certificate "proved": one strict local minmax is near, see proof
     proved_within: float  #: largest distance of a variable from it; infinite: not proved
-    proof: str  #: one sentence, or why not; empty: not asked for
+    proof: str  #: what is proved, or why nothing is; empty: not asked for
 
     @property
     def is_local_minmax(self) -> bool:
@@ -83,7 +83,7 @@ class Certificate:
 
     @staticmethod
     def of(values: Optional[Dict[str, Any]]) -> "Certificate":
-        """From the extension module's dictionary; None is a solve without a point."""
+        """Makes a certificate from the extension module's dictionary; None: a solve without a point."""
         if values is None:
             return Certificate.nothing("the solve ended without a test of its point")
         values = dict(values)
@@ -96,7 +96,7 @@ class Certificate:
 
     @staticmethod
     def nothing(reason: str) -> "Certificate":
-        """Nothing is known of the point, and why."""
+        """Makes the certificate of a point of which nothing is known, with the reason."""
         none = Inertia(0, 0, 0)
         return Certificate(
             kind=PointKind.UNKNOWN_POINT, second_order=SecondOrder.NOT_TESTED, inner=none,

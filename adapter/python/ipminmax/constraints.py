@@ -46,7 +46,7 @@ def _is_sparse(matrix: Any) -> bool:
 
 
 class Row:
-    """A constraint as the game reads it: fun(x, y), jac, hess or constant matrices."""
+    """A constraint in the form that the game uses: fun(x, y), jac, hess or constant matrices."""
 
     def __init__(self, name: str, lb: Any, ub: Any, player: Any) -> None:
         self.name = name
@@ -74,7 +74,7 @@ class Row:
         return self
 
     def bounds(self, values: Any) -> Tuple[Vector, Vector]:
-        """lb and ub for as many values as fun has returned."""
+        """Returns lb and ub, one for each value that fun has returned."""
         pair = []
         for bound, which in ((self.lb, "lb"), (self.ub, "ub")):
             array = to_floats(bound, f"{which} of {self.name}")
@@ -159,7 +159,7 @@ def _from_dictionary(given: Any, name: str, nx: int, ny: int) -> Row:
 
 
 def read_constraint(given: Any, name: str, nx: int, ny: int) -> Row:
-    """Any of the ways to write a constraint."""
+    """Converts a constraint, in any of its forms, to a Row."""
     if isinstance(given, Constraint):
         return Row(name, given.lb, given.ub, given.player).with_functions(
             given.fun, given.jac, given.hess)

@@ -28,7 +28,7 @@ _MOVES = (0.1, 1e-3)
 
 
 class EvaluationError(ArithmeticError):
-    """Raised by a model's function to say that it is undefined at this point: the step is cut."""
+    """Raise it in a model's function that is undefined at a point: the solver then cuts the step."""
 
 
 class LimitReached(BaseException):
@@ -36,7 +36,7 @@ class LimitReached(BaseException):
 
 
 class DerivativeWarning(UserWarning):
-    """A derivative that was given is wrong, or complex steps could not be used after all."""
+    """Warns that a given derivative is wrong, or that complex steps turned out to be wrong."""
 
 
 def _values(function: Function, v: Vector) -> Optional[Vector]:
@@ -67,12 +67,12 @@ class Box:
         return np.minimum(self._factors * np.maximum(np.abs(v), self._least), self._half)
 
     def steps(self, v: Vector) -> Vector:
-        """Of central differences: more than the rounding of v."""
+        """Steps of central differences, larger than the rounding of v."""
         return np.minimum(np.maximum(_STEP * self.lengths(v), 64.0 * _EPSILON * np.abs(v)),
                           0.25 * self._half)
 
     def inward(self, v: Vector, direction: Vector, scale: float = 1.0) -> Vector:
-        """The direction times the lengths, with signs turned away from bounds that are near."""
+        """Returns direction times lengths, with signs that lead away from near bounds."""
         turned = direction * self.lengths(v)
         size = np.abs(turned)
         reach = 4.0 * scale * _STEP * size
@@ -83,7 +83,7 @@ class Box:
         return bool(np.all((self.lower <= v) & (v <= self.upper)))
 
     def moved(self, v: Vector, random: np.random.Generator, share: float) -> Vector:
-        """A point strictly inside, about the share of the lengths away from v."""
+        """Returns a point strictly inside the bounds, about share times the lengths away from v."""
         reach = share * self.lengths(v)
         low, high = np.maximum(self.lower, v - reach), np.minimum(self.upper, v + reach)
         return np.where(low < high, low + random.uniform(0.1, 0.9, v.size) * (high - low), v)
@@ -140,8 +140,8 @@ def complex_step(function: Function, v: Vector) -> Vector:
 
 
 def complex_steps_at_once(function: Function, v: Vector, rows: int) -> Optional[Vector]:
-    """The same from one call with a column for each step, of a function that treats columns alike;
-    None where it does not return so many rows of columns."""
+    """As complex_step, with one call for all columns, for a function that treats columns alike.
+    None: it does not return one column for each step."""
     moved = np.repeat(v[:, None].astype(complex), v.size, axis=1)
     moved.imag[np.diag_indices(v.size)] = _IMAGINARY
     try:
@@ -156,7 +156,7 @@ def complex_steps_at_once(function: Function, v: Vector, rows: int) -> Optional[
 
 
 def central(function: Function, v: Vector, box: Box) -> Vector:
-    """Differences to both sides, or twice to the side that is inside; error about 1e-10 relative."""
+    """Central differences, or one-sided ones of second order near a bound; relative error about 1e-10."""
     columns = []
     for j, step in enumerate(box.steps(v)):
 
@@ -309,7 +309,7 @@ class Derivative:
         return each
 
     def holds_at(self, v: Vector) -> bool:
-        """False: complex steps disagree there, and differences are used from now on."""
+        """Checks complex steps at a point. False: they disagree, and differences are used from now on."""
         if not (self.is_complex and self._may_change) or is_analytic(self._function, v, self._box):
             return True
         self.is_complex = False
@@ -319,8 +319,8 @@ class Derivative:
 def check_given(function: Function, derivative: Function, v: Vector, box: Box,
                 name: Callable[[int], str],
                 variable: Callable[[int], str] = "variable {}".format) -> Optional[str]:
-    """What is wrong with the derivative (rows: values, or one row) at v, found along one random
-    direction: three calls of the function beside the one at v. None: nothing was found."""
+    """Checks a derivative (rows: values, or one row) at v along one random direction, by three more calls
+    of the function. Returns what is wrong, or None."""
     random = np.random.default_rng(271828)
     try:
         function(v)  # what fails at v itself is raised, as the solver would

@@ -94,7 +94,7 @@ class _Game:
         return _number(self.value_of_pair(v) if self.jac_in_fun else self.value(v), "fun")
 
     def objective_over(self, v: Any) -> Any:
-        """Of an array of Interval objects."""
+        """Evaluates the function for an array of Interval objects."""
         return self.value_of_pair(v) if self.jac_in_fun else self.value(v)
 
     def gradient(self, v: Vector) -> Vector:
@@ -222,7 +222,7 @@ class _Game:
         return np.concatenate([self._entries(row, v) for row in self.rows])
 
     def owners(self) -> Optional[npt.NDArray[np.intc]]:
-        """Whose the constraints are: as said, or Max's where the Jacobian can have an entry in y."""
+        """Returns the owners of the constraints: as given, else Max if the Jacobian can have an entry in y."""
         owners: List[npt.NDArray[np.intc]] = []
         for row in self.rows:
             if row.player is not None:
@@ -237,7 +237,7 @@ class _Game:
     # --- Second derivatives
 
     def set_hessian(self, hess: Any, pattern: Any) -> Dict[str, Any]:
-        """The methods hessian and hessianstructure of Problem, as far as there are any."""
+        """Defines the methods hessian and hessianstructure of Problem, if second derivatives are given."""
         nonlinear = [row for row in self.rows if row.matrix is None]
         given = [("hess", hess)] + [(f"hess of {row.name}", row.hess) for row in nonlinear]
         has = [name for name, function in given if function is not None]
@@ -290,7 +290,7 @@ class _Game:
     # --- Whether first derivatives are right
 
     def wrong_derivative(self, v: Vector) -> Optional[str]:
-        """What is wrong at v with a jac that was given."""
+        """Checks a given jac at v; returns what is wrong, or None."""
         wrong = None
         if self.given:
             wrong = check_given(lambda at: _number(self._plain(at), "fun"), self.gradient, v, self.box,
@@ -307,11 +307,11 @@ class _Game:
         return self.value_of_pair(v) if self.jac_in_fun else self.value(v)
 
     def complex_steps_fail(self, v: Vector) -> List[str]:
-        """Functions whose complex steps are wrong around v; differences are used from now on."""
+        """Returns functions whose complex steps are wrong around v; these use differences from now on."""
         return [name for name, found in self.derivatives.items() if not found.holds_at(v)]
 
     def complex_steps_on_the_way(self) -> List[Vector]:
-        """Some of the points: a solve may fail for wrong derivatives far from where it ends."""
+        """Checks some of the points on the way: wrong derivatives there may be why a solve fails."""
         return [at for found in self.derivatives.values() for at in found.places]
 
     def describe_derivatives(self) -> str:

@@ -90,7 +90,7 @@ class Pattern:
 
 
 class ConstantPattern:
-    """The same of a matrix that does not change."""
+    """The pattern and values of a constant matrix."""
 
     def __init__(self, matrix: Any) -> None:
         if is_sparse(matrix):
@@ -104,7 +104,7 @@ class ConstantPattern:
 
 
 def lower_triangle(pattern: Pattern) -> npt.NDArray[np.bool_]:
-    """Which places of a Hessian's pattern are read: the lower ones."""
+    """Selects the entries of a Hessian's pattern that are read: the lower triangle."""
     n = pattern.shape[1]
     upper = pattern.cols > pattern.rows
     mirrored = np.isin(pattern.cols[upper] * n + pattern.rows[upper],

@@ -241,7 +241,7 @@ class Problem:
         raise TypeError("a Problem cannot be pickled; make it anew from its functions")
 
     def add_option(self, keyword: str, value: Any) -> None:
-        """Any option of docs/options.md: a number, a string; True and False are yes and no."""
+        """Sets an option of docs/options.md: a number or a string; True and False mean yes and no."""
         if not isinstance(keyword, str):
             raise TypeError(f"the option's name {keyword!r:.60} must be a string")
         if isinstance(value, (bool, np.bool_)):
@@ -250,21 +250,21 @@ class Problem:
 
     def set_problem_scaling(self, obj_scaling: float = 1.0, x_scaling: Any = None,
                             g_scaling: Any = None) -> None:
-        """Factors of f, of the variables (n) and of the constraints (m), used with the option
+        """Sets factors of f, of the variables (n) and of the constraints (m). They need the option
         nlp_scaling_method user-scaling."""
         self._core.set_scaling(float(obj_scaling),
                                None if x_scaling is None else to_floats(x_scaling, "x_scaling"),
                                None if g_scaling is None else to_floats(g_scaling, "g_scaling"))
 
     def set_bounds(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None) -> None:
-        """New bounds for the next solves, n or m numbers each; None: as before."""
+        """Sets bounds for the next solves, n or m numbers each; None: unchanged."""
         given = [None if b is None else to_bounds(b, size, 0.0, name) for b, size, name in
                  ((lb, self.n, "lb"), (ub, self.n, "ub"), (cl, self.m, "cl"), (cu, self.m, "cu"))]
         self._core.set_bounds(*given)
         self._bounds = [old if new is None else new for old, new in zip(self._bounds, given)]
 
     def open_output_file(self, file_name: Any, print_level: int = 5) -> None:
-        """The log in a file, too; print_level 0 to 12."""
+        """Writes the log to a file, too; print_level 0 to 12."""
         self._core.open_output_file(str(file_name), to_count(print_level, "print_level"))
 
     def solve(self, x: npt.ArrayLike, lagrange: npt.ArrayLike = (), zl: npt.ArrayLike = (),
@@ -297,8 +297,8 @@ class Problem:
         return self._solve(x, lagrange, zl, zu, False)
 
     def solve_again(self, x: npt.ArrayLike) -> Tuple[Vector, Dict[str, Any]]:
-        """The same structure with other numbers or bounds, warm started from x and the last
-        multipliers; no new ordering and symbolic factorization."""
+        """Solves the same structure with other numbers or bounds, warm started from x and the last
+        multipliers. Ordering and symbolic factorization are kept."""
         return self._solve(x, (), (), (), True)
 
     def _solve(self, x: Any, lagrange: Any, zl: Any, zu: Any, again: bool
@@ -403,7 +403,7 @@ class Problem:
         return self._core.current_violations()
 
     def sensitivity(self) -> Sensitivity:
-        """Sensitivity of the last solution; NoSensitivity says why there is none."""
+        """Returns the Sensitivity of the last solution. Raises NoSensitivity, which says why, if there is none."""
         return Sensitivity(self._core)
 
     def close(self) -> None:
@@ -425,7 +425,7 @@ class _Rows:
 
 
 def refute(info: Dict[str, Any], why: str) -> None:
-    """The answer is one of other functions than those given: neither solved nor certified."""
+    """Takes back success and certificate: the derivatives do not belong to the given functions."""
     info["derivative_error"] = why
     info["status"], info["status_name"] = -11, "wrong derivatives"
     info["status_msg"] = f"the derivatives are wrong, so this is no solution: {why}"

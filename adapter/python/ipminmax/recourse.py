@@ -103,8 +103,8 @@ class Policy:
         return self._all(free) @ self._basis(y)
 
     def derivatives(self, free: Vector, y: Vector, q: Vector) -> Tuple[Vector, Vector, Vector, Vector]:
-        """Of z to the free coefficients and to y, and the second ones of q'z: to coefficients and y, and
-        to y twice."""
+        """Derivatives of z with respect to the free coefficients and to y, and second ones of q'z: to
+        coefficients and y, and to y twice."""
         (first, second), basis = self._pairs, self._basis(y)
         v, turn, matrix = (y - self._center) / self._width, np.zeros((basis.size, y.size)), self._all(free)
         turn[1:1 + y.size], bend = np.eye(y.size), np.zeros((y.size, y.size))

@@ -12,7 +12,7 @@ def _place(case: Any) -> str:
 
 
 def printed(result: Any) -> str:
-    """For print(result): value, kind, worst cases and active robust rows, what was searched, effort."""
+    """Returns the text of print(result): value, kind, worst cases and active robust rows, what was searched, effort."""
     certificate = result.certificate
     reasons = certificate.reasons.splitlines() if isinstance(certificate.reasons, str) else certificate.reasons
     proved = [p for p in result.proofs if p.complete]
@@ -53,8 +53,8 @@ def table(result: Any) -> Any:
 
 
 def showing(intermediate: Any) -> Any:
-    """intermediate of Problem that shows a line on stderr: searches begun, iterations, value and violation
-    at the iterate, the best value so far that met all constraints."""
+    """Returns an intermediate callback that shows a line on stderr: searches begun, iterations, value and
+    violation at the iterate, and the best feasible value so far."""
     seen = {"searches": 0, "iterations": 0, "last": 0.0, "best": np.inf}
 
     def shown(mode: Any, iteration: int, value: float, violation: float, *more: Any) -> Any:

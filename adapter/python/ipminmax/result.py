@@ -24,7 +24,7 @@ class WorstCase(NamedTuple):
 
 
 class Proof(NamedTuple):
-    """What option minmax_worst_case_proof proves of fun or a robust constraint over all y."""
+    """Result of the option minmax_worst_case_proof for fun or a robust constraint, over all y."""
 
     constraint: Optional[int]  #: number in the list of constraints; None: fun
     row: int  #: which of its values
@@ -37,7 +37,7 @@ class Proof(NamedTuple):
 
 
 class Point(NamedTuple):
-    """A certified local minmax that starts of a multistart led to."""
+    """A certified local minmax found by a multistart."""
 
     x: Vector
     y: Vector
@@ -76,7 +76,7 @@ class MinmaxResult:
     problem: Optional[Problem] = None  #: for sensitivity() and solve_again()
 
     def gap(self) -> float:
-        """Problem.gap at (x, y): near 0 a saddle point of a game that is convex in x, concave in y."""
+        """Returns Problem.gap at (x, y). Near 0 it proves a saddle point of a game convex in x, concave in y."""
         if self.problem is None:
             raise ValueError("a result without its problem has no gap")
         return self.problem.gap(np.concatenate([self.x, self.y]))

@@ -16,7 +16,7 @@ class NoSensitivity(RuntimeError):
 
 
 class ActiveSetChange(NamedTuple):
-    """A bound that begins (enters) or ceases to be active after that share of a change."""
+    """A bound that becomes active (enters) or inactive after that share of a change."""
 
     share: float
     of_constraint: bool
@@ -34,7 +34,7 @@ class ActiveSetChange(NamedTuple):
 
 
 class Sensitivity:
-    """Of the last solution of a Problem, until its next solve.
+    """Sensitivity of the last solution of a Problem; valid until its next solve.
 
     The parameters of a model are its bounds: right-hand sides of equations and values of fixed
     variables (lower and upper bound to be moved alike), bounds of variables and inequalities.
@@ -54,24 +54,23 @@ class Sensitivity:
 
     def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
                    ) -> Dict[str, Any]:
-        """Along a change of the bounds lb, ub (n), cl, cu (m); None: unchanged. Also "curvature",
+        """Derivative along a change of the bounds lb, ub (n), cl, cu (m); None: unchanged. Also "curvature",
         the second derivative of the value."""
         return dict(self._call(self._core.derivative, lb, ub, cl, cu))
 
     def reaction(self, dx: npt.ArrayLike) -> Dict[str, Any]:
-        """Of the maximizer's answer when Min's variables move along dx (n; Max's entries are not
-        read)."""
+        """Derivative of Max's answer when Min's variables move along dx (n; Max's entries are not read)."""
         return dict(self._call(self._core.reaction, dx))
 
     def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
                 ) -> Dict[str, Any]:
-        """The linearized solution after a whole change of the bounds, obj to second order. Also
+        """Predicts the linearized solution after a whole change of the bounds, obj to second order. Also
         "share" (1: all of the change could be followed, else "message" says why not) and "changes",
         a list of ActiveSetChange."""
         return self._named(self._call(self._core.predict, lb, ub, cl, cu))
 
     def react(self, dx: npt.ArrayLike) -> Dict[str, Any]:
-        """The maximizer's answer after Min's variables have moved by dx; as predict."""
+        """Predicts Max's answer after Min's variables have moved by dx; results as predict."""
         return self._named(self._call(self._core.react, dx))
 
     def dv_dp(self, constraints: Sequence[int] = (), variables: Sequence[int] = ()) -> _Vector:

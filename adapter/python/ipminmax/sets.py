@@ -78,7 +78,7 @@ class Smooth(NamedTuple):
         return self.A.T @ (self.h.terms(self.A @ u + self.b)[2][:, None] * self.A)
 
     def turned(self, turn: Vector, move: Any) -> "Smooth":
-        """With turn u + move in place of u."""
+        """Returns the set with turn u + move in place of u."""
         return Smooth(self.h, self.A @ turn, self.A @ move + self.b)
 
 
@@ -176,7 +176,7 @@ class UncertaintySet:
                                   [s.value(u) / s.h.level for s in self.smooth]], initial=-np.inf))
 
     def factors(self, y: Vector) -> Vector:
-        """Those of y, or of the nearest y where there are none."""
+        """Returns the factors of y, or of the nearest y that has factors."""
         found: Vector = np.linalg.lstsq(self.loadings, y - self.origins[0], rcond=None)[0]
         return found
 
@@ -216,7 +216,7 @@ class UncertaintySet:
         return np.array([-self.support(-a) for a in axes]), np.array([self.support(a) for a in axes])
 
     def corners(self) -> Optional[Vector]:
-        """Points, one a row, among which are all corners; None where a side is curved, or of too many."""
+        """Returns points, one a row, that include all corners; None if a side is curved or there are too many."""
         found = self.corner_factors()
         if found is None:
             return None
@@ -249,8 +249,8 @@ class UncertaintySet:
         return corners
 
     def sample(self, n: int, seed: Any = 0) -> Any:
-        """n points of the set, one a row, the same ones for the same seed: along random directions from
-        the inside, as far as fills a ball evenly. Corners of many dimensions are rare among them."""
+        """Returns n points of the set, one a row, the same for the same seed. They lie on random rays from a
+        point inside, spread as evenly as in a ball. Corners of many dimensions are rare among them."""
         random = np.random.default_rng(seed)
         found: Vector = self.origins[random.integers(len(self.origins), size=n)]
         return found + self.sample_factors(n, random) @ self.loadings.T
@@ -285,7 +285,8 @@ class UncertaintySet:
     # --- Its constraints, for the solver
 
     def constraints(self, nx: int, more: int) -> List[Any]:
-        """Rows as constraints of Max, whose variables are the factors and `more` others; nx of Min's."""
+        """Returns the rows of the set as constraints of Max. Max's variables are the factors and `more` others;
+        Min has nx."""
         found: List[Any] = []
         if len(self.matrix):
             found.append(LinearConstraint(None, np.pad(self.matrix, ((0, 0), (0, more))), self.row_lower,

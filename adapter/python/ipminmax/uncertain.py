@@ -24,7 +24,7 @@ _MOST_CORNERS = 64
 
 
 class Regret(NamedTuple):
-    """What a decision loses where y is known before it; see RobustResult.regret."""
+    """Loss of a decision compared with one taken after y is known; see RobustResult.regret."""
 
     largest: float
     average: float
@@ -100,7 +100,7 @@ class _Corners:
         return (self._corners - self._start) @ a
 
     def worst(self, a: Vector, i: int) -> Any:
-        """Factors of row i."""
+        """Returns the factors of the worst case of row i."""
         return self._corners[i]
 
 
@@ -200,7 +200,7 @@ class _Model:
         self._two = given.sample_factors(2, self._random)
 
     def extend(self, start: Vector, lower: Vector) -> int:
-        """More variables X; returns the number of the first."""
+        """Adds variables X; returns the index of the first."""
         first = self.start.size
         self.start, self.lower = np.r_[self.start, start], np.r_[self.lower, lower]
         self.upper = np.r_[self.upper, np.full(start.size, np.inf)]
@@ -218,11 +218,11 @@ class _Model:
         return found
 
     def price(self, X: Any) -> Any:
-        """Of the rule's slopes."""
+        """Price of the rule's slopes."""
         return 0.0 if self.policy is None else np.sum(self.policy.prices * X[self.nx:self.end] ** 2)
 
     def turn(self, X: Any, W: Any, k: int, q: Any = None) -> Tuple[Vector, Any]:
-        """Derivatives of the parts to X and W, and second ones of q'z."""
+        """Derivatives of the parts with respect to X and W, and second ones of q'z."""
         loadings = self.given.loadings if W.size else np.zeros((self.given.n, 0))
         at, u = np.cumsum([0, *self.sizes]), slice(X.size, X.size + loadings.shape[1])
         found, bend = np.zeros((at[-1], X.size + W.size)), np.zeros((X.size + W.size,) * 2 if q is not None else 0)
@@ -288,7 +288,7 @@ class _Model:
         return degree
 
     def not_as_seen(self, X: Vector) -> str:
-        """What is wrong where a function reads y at X in another way than at the start."""
+        """Checks that functions read y at X as at the start; returns what differs, or None."""
         states = np.tile(self.s0, len(self.scenarios))
         for name, value, degree in self._seen:
             for k in self.scenarios[:3]:
