@@ -302,13 +302,15 @@ Rows output_rows() {
       {"file_append", category,
        "Whether output is appended to existing files instead of replacing them.",
        Flag{nullptr, false}},
-      {"file_print_level", category, "Verbosity of the output file; unset: that of print_level.",
+      {"file_print_level", category,
+       "Verbosity of the output file. If it is not set, "
+       "print_level applies.",
        Integer{nullptr, 0, kLastLevel, Ipopt::J_ITERSUMMARY}},
       {"print_frequency_iter", category,
        "An iteration is printed if its number is a multiple of this.",
        Integer{nullptr, 1, kMost, 1}},
       {"print_frequency_time", category,
-       "Seconds that have to pass after a printed iteration before the next.",
+       "An iteration is printed only if this many seconds have passed since the last printed one.",
        Number{nullptr, 0.0, kInfinity, false, true, 0.0}},
       {"print_info_string", category,
        "Whether the number of factorizations of K and of K_yy ends each iteration's line.",
@@ -331,17 +333,17 @@ Rows player_rows() {
   const std::string_view category = "Players";
   return {
       {"minmax_max_variables", category,
-       "Variables of Max, for example \"3 5-9 wind\": indices from 0, ranges, names "
-       "that the model gives (idx_names). wind also names wind[1], wind[2], ... It is "
-       "an error if the model itself says something else.",
+       "Variables of Max, for example \"3 5-9 wind\": indices from 0, ranges, names that the "
+       "model gives (idx_names). wind also names wind[1], wind[2], ... It is an error if the "
+       "model itself assigns players differently.",
        Name{""}},
       {"minmax_max_constraints", category,
        "Constraints given to Max although they read no variable of Max, listed in the "
        "same way.",
        Name{""}},
       {"minmax_min_constraints", category,
-       "Constraints given to Min although they read a variable of Max, listed in the "
-       "same way. They must hold for every value of it (robust constraints).",
+       "Constraints given to Min although they read a variable of Max, listed in the same way. "
+       "They must hold for every value of these variables (robust constraints).",
        Name{""}},
   };
 }
@@ -355,8 +357,8 @@ Rows other_rows() {
        "core/options.hpp).",
        Flag{nullptr, false}},
       {"hsllib", "Linear Solver",
-       "Library of linear_solver ma57 or ma97, loaded at run time. If it is not set "
-       "and libhsl.so is not found, they mean auto.",
+       "Library of linear_solver ma57 or ma97, loaded at run time. If it is not set and "
+       "libhsl.so is not found, auto is used.",
        Name{"libhsl.so"}},
       {"pardisolib", "Linear Solver",
        "Library of linear_solver pardiso or pardisomkl, loaded at run time in the "

@@ -82,7 +82,9 @@ using Rows = std::vector<OptionInfo>;
 Rows termination_options() {
   const std::string_view category = "Termination";
   return {
-      {"tol", category, "Desired convergence tolerance of the scaled first-order error E_0.",
+      {"tol", category,
+       "Convergence tolerance of E_0, the scaled error of the first-order "
+       "conditions.",
        positive(&O::tol)},
       {"dual_inf_tol", category,
        "Desired unscaled tolerance of the gradient of the Lagrangian, both players.",
@@ -91,10 +93,9 @@ Rows termination_options() {
        positive(&O::constr_viol_tol)},
       {"compl_inf_tol", category, "Desired unscaled tolerance of the complementarity.",
        positive(&O::compl_inf_tol)},
-      {"acceptable_tol", category, "Acceptable tolerance of the scaled first-order error E_0.",
-       positive(&O::acceptable_tol)},
+      {"acceptable_tol", category, "Acceptance threshold of E_0.", positive(&O::acceptable_tol)},
       {"acceptable_iter", category,
-       "Number of acceptable iterates in a row that stops the solve; 0 switches this off.",
+       "The solve stops after this many acceptable iterates in a row; 0: never.",
        at_least(&O::acceptable_iter, 0)},
       {"acceptable_dual_inf_tol", category, "Acceptance threshold of the dual infeasibility.",
        positive(&O::acceptable_dual_inf_tol)},
@@ -112,15 +113,17 @@ Rows termination_options() {
       {"max_wall_time", category, "Maximum number of wall clock seconds.",
        positive(&O::max_wall_time)},
       {"minmax_max_factorizations", category,
-       "Largest number of factorizations of K and K_yy together, those of "
-       "restorations included. It bounds the work of a controller. Two of them are "
-       "reserved for the certificate. At the limit the solve ends as at max_iter, "
-       "with the best point seen. 0: no limit.",
+       "Largest number of factorizations of K and K_yy together, those of restorations included. "
+       "It bounds the time of a solve on every machine alike. Two of them are reserved for the "
+       "certificate. At the limit the solve ends as at max_iter, with the best point seen. 0: no "
+       "limit.",
        at_least(&O::minmax_max_factorizations, 0)},
       {"diverging_iterates_tol", category,
        "Infinity norm of the variables above which the solve stops as diverging.",
        positive(&O::diverging_iterates_tol)},
-      {"s_max", category, "Threshold of the multipliers above which E_0 is scaled down.",
+      {"s_max", category,
+       "If the multipliers are on average larger than this, E_0 is scaled "
+       "down.",
        positive(&O::s_max)},
   };
 }
@@ -133,14 +136,14 @@ Rows model_options() {
       {"nlp_upper_bound_inf", category, "Upper bounds at or above this value are absent.",
        any(&O::nlp_upper_bound_inf)},
       {"bound_relax_factor", category,
-       "Factor by which bounds are relaxed before the solve. It multiplies max(1, "
-       "|bound|), but at most 100 times the distance to the other bound. Bounds move "
-       "by at most constr_viol_tol.",
+       "Bounds are relaxed before the solve by this factor times max(1, |bound|), or times 100 "
+       "times the distance to the other bound if that is less. Bounds move by at most "
+       "constr_viol_tol.",
        nonnegative(&O::bound_relax_factor)},
       {"honor_original_bounds", category,
-       "Whether the returned point is projected into the original bounds.",
+       "Whether the returned point is moved back into the bounds as given.",
        flag(&O::honor_original_bounds)},
-      {"fixed_variable_treatment", category, "What becomes of variables with equal bounds.",
+      {"fixed_variable_treatment", category, "Treatment of variables with equal bounds.",
        choice(&O::fixed_variable_treatment,
               {"make_parameter", "make_parameter_nodual", "make_constraint", "relax_bounds"},
               {"they are taken out; one more gradient and Jacobian at the end give their "
@@ -165,7 +168,7 @@ Rows model_options() {
        choice(&O::hessian_approximation, {"limited-memory", "exact", "finite-difference-values"},
               {"limited-memory BFGS for a minimization, as in Ipopt; nothing is certified, "
                "because such a matrix does not have the true inertia. With Max variables: as "
-               "finite-difference-values. The model's Hessian is never asked for",
+               "finite-difference-values. The model's Hessian is not evaluated",
                "second derivatives of the model",
                "differences of gradient and Jacobian; the default if the model has no second "
                "derivatives"},
@@ -185,14 +188,15 @@ Rows derivative_test_options() {
        "Step of the derivative test's differences, times max(1, |v|).",
        positive(&O::derivative_test_perturbation)},
       {"derivative_test_print_all", category,
-       "Whether the derivative test prints all entries or the wrong ones.",
+       "Whether the derivative test prints all entries, not only wrong ones.",
        flag(&O::derivative_test_print_all)},
       {"derivative_test_first_index", category,
-       "First variable (first-order) or constraint (second-order, -1 the objective) tested, from "
-       "0; -2: all.",
+       "Where the derivative test begins. First derivatives: a variable, from 0. Second "
+       "derivatives: a constraint, from 0, or -1 for the objective. -2: test all.",
        at_least(&O::derivative_test_first_index, -2)},
       {"point_perturbation_radius", category,
-       "Largest distance per variable of the derivative test's point from the starting point.",
+       "Largest distance, in each variable, between the derivative test's point and the starting "
+       "point.",
        nonnegative(&O::point_perturbation_radius)},
   };
 }
@@ -200,26 +204,28 @@ Rows derivative_test_options() {
 Rows start_options() {
   const std::string_view category = "Initialization";
   return {
-      {"bound_push", category, "Least absolute distance of the starting point to the bounds.",
+      {"bound_push", category,
+       "The starting point is at least this times max(1, |bound|) away from a bound.",
        positive(&O::bound_push)},
-      {"bound_frac", category, "Least relative distance of the starting point to the bounds.",
+      {"bound_frac", category,
+       "The starting point is at least this times the distance between two bounds away from "
+       "each, unless bound_push asks for less.",
        share(&O::bound_frac)},
-      {"slack_bound_push", category, "Least absolute distance of the first slacks to their bounds.",
-       positive(&O::slack_bound_push)},
-      {"slack_bound_frac", category, "Least relative distance of the first slacks to their bounds.",
-       share(&O::slack_bound_frac)},
-      {"bound_mult_init_val", category, "First value of the bound multipliers.",
+      {"slack_bound_push", category, "bound_push of the slacks.", positive(&O::slack_bound_push)},
+      {"slack_bound_frac", category, "bound_frac of the slacks.", share(&O::slack_bound_frac)},
+      {"bound_mult_init_val", category, "Bound multipliers at the start.",
        positive(&O::bound_mult_init_val)},
       {"bound_mult_init_method", category, "How the bound multipliers start.",
        choice(&O::bound_mult_init_method, {"constant", "mu-based"},
               {"at bound_mult_init_val", "at mu_init over the distance to the bound"})},
       {"constr_mult_init_max", category,
-       "Largest least-squares multiplier of the constraints that is kept. If one is "
-       "larger, or with 0, all start at zero. With bound_mult_init_method mu-based "
-       "those of inequalities then start at the multiplier of their slack's bound.",
+       "Constraint multipliers start at least-squares estimates if none exceeds this. Otherwise, "
+       "and with 0, they start at zero; with bound_mult_init_method mu-based those of "
+       "inequalities then start at the multiplier of their slack's bound.",
        nonnegative(&O::constr_mult_init_max)},
       {"warm_start_init_point", category,
-       "Whether the model gives first values of all multipliers.", flag(&O::warm_start_init_point)},
+       "Whether multipliers start from values that the model gives.",
+       flag(&O::warm_start_init_point)},
       {"warm_start_bound_push", category, "bound_push of a warm start.",
        positive(&O::warm_start_bound_push)},
       {"warm_start_bound_frac", category, "bound_frac of a warm start.",
@@ -239,11 +245,11 @@ Rows start_options() {
 Rows barrier_options() {
   const std::string_view category = "Barrier Parameter";
   return {
-      {"mu_init", category, "First barrier parameter (the paper's b).", positive(&O::mu_init)},
+      {"mu_init", category, "Barrier parameter at the start (the paper's b).",
+       positive(&O::mu_init)},
       {"mu_target", category,
-       "Barrier parameter of the problem to be solved. Errors are measured against s "
-       "z = mu_target. If it is positive the certificate is that of the barrier "
-       "problem.",
+       "Final barrier parameter: the complementarity error is that of s z = mu_target. If it is "
+       "positive, the certificate is about the barrier problem.",
        nonnegative(&O::mu_target)},
       {"mu_linear_decrease_factor", category,
        "kappa_mu of Ipopt's rule, sigma of the paper's Algorithm 1.",
@@ -259,8 +265,8 @@ Rows barrier_options() {
        "Bound multipliers stay within [mu/(kappa_sigma s), kappa_sigma mu/s].",
        from(&O::kappa_sigma, 1.0)},
       {"kappa_d", category,
-       "Weight of the linear damping of variables with one bound, with a mu_target at most "
-       "tol / (10 mu_target); not in Algorithm 1.",
+       "Weight of the linear damping of variables with one bound. If mu_target is positive, the "
+       "weight is at most tol / (10 mu_target). Not used in Algorithm 1.",
        nonnegative(&O::kappa_d)},
   };
 }
@@ -275,9 +281,9 @@ Rows barrier_strategy_options() {
       {"mu_strategy", category, "Whether the barrier parameter only decreases.",
        choice(&O::mu_strategy, {"monotone", "adaptive"},
               {"as minmax_barrier_rule says",
-               "chosen in every iteration by mu_oracle; monotone by Ipopt's rule while "
-               "adaptive_mu_globalization sees no progress. As in Ipopt it is the default of "
-               "a minimization with hessian_approximation limited-memory"},
+               "mu_oracle chooses it in every iteration. While adaptive_mu_globalization sees no "
+               "progress it decreases by Ipopt's monotone rule. As in Ipopt this is the default "
+               "of a minimization with hessian_approximation limited-memory"},
               0)},
       {"mu_oracle", category, "How the adaptive strategy chooses mu.",
        choice(&O::mu_oracle, {"quality-function", "probing", "loqo"},
@@ -285,12 +291,12 @@ Rows barrier_strategy_options() {
                "Mehrotra's predictor step; one more factorization",
                "LOQO's formula from the spread of the complementarity products"})},
       {"adaptive_mu_globalization", category,
-       "Test of the adaptive strategy's progress. Ipopt's default is obj-constr-filter.",
-       choice(&O::adaptive_mu_globalization,
-              {"obj-constr-filter", "kkt-error", "never-monotone-mode"},
-              {"filter on objective and violation; only without Max variables, because the "
-               "objective may rise when Max gains",
-               "reduction of the first-order residual", "none: no guarantee of convergence"})},
+       "How the adaptive strategy measures progress. Ipopt's default is obj-constr-filter.",
+       choice(
+           &O::adaptive_mu_globalization, {"obj-constr-filter", "kkt-error", "never-monotone-mode"},
+           {"filter on objective and violation; only without Max variables, because the "
+            "objective may rise when Max gains",
+            "reduction of the first-order residual", "no test, and no guarantee of convergence"})},
       {"mu_max", category,
        "Largest mu of the adaptive strategy, not below mu_min. 0: mu_max_fact times "
        "the average complementarity of the starting point, as in Ipopt by default.",
@@ -300,12 +306,15 @@ Rows barrier_strategy_options() {
        "Least mu of the adaptive strategy, at most half of the smaller of tol and compl_inf_tol.",
        positive(&O::mu_min)},
       {"adaptive_mu_kkterror_red_iters", category,
-       "Earlier residuals of which kkt-error must reduce one.",
+       "Number of earlier residuals. kkt-error sees progress if the residual is clearly below "
+       "one of them.",
        at_least(&O::adaptive_mu_kkterror_red_iters, 0)},
-      {"adaptive_mu_kkterror_red_fact", category, "Reduction that kkt-error asks for.",
+      {"adaptive_mu_kkterror_red_fact", category,
+       "Factor of an earlier residual below which "
+       "kkt-error sees progress.",
        open(&O::adaptive_mu_kkterror_red_fact, 0.0, 1.0)},
       {"adaptive_mu_monotone_init_factor", category,
-       "Factor of the average complementarity with which a monotone phase begins.",
+       "A monotone phase begins with this factor times the average complementarity.",
        positive(&O::adaptive_mu_monotone_init_factor)},
   };
 }
@@ -318,27 +327,25 @@ Rows method_options() {
               {"every step: the paper's Algorithm 1",
                "filter line search on phi(x), the local maximum over y"})},
       {"minmax_instability", category,
-       "Whether line 7 of Algorithm 1 is used: it keeps points from attracting the "
-       "iterates if K has the right inertia and K_yy has not.",
+       "Whether line 7 of Algorithm 1 is used. It prevents the iterates from converging to "
+       "points at which K has the right inertia and K_yy has not.",
        flag(&O::minmax_instability)},
       {"minmax_warm_start_shifts", category,
-       "Whether shifts start from those of the last iteration (Ipopt's rule) or from zero as in "
-       "the paper.",
+       "Whether shifts start from those of the last iteration (Ipopt's rule). no: anew in each "
+       "iteration, as in the paper.",
        flag(&O::minmax_warm_start_shifts)},
       {"minmax_pure_newton", category,
-       "Whether Newton's method is used without shifts and globalization, for "
-       "comparison. Every first-order point attracts it.",
+       "Whether Newton's method is used without shifts and globalization, for comparison. It "
+       "converges to first-order points of any kind.",
        flag(&O::minmax_pure_newton)},
       {"minmax_max_restarts", category,
-       "Number of other starting points, random as with minmax_starts, that are tried "
-       "if the search from the model's start finds no local minmax or the model is "
-       "undefined there. 0: none. A minimization that is stuck starts again once, "
-       "with the other mu_strategy, unless this is 0.",
+       "Number of random starting points that are tried if the search from the model's start "
+       "finds no local minmax, or the model is undefined there. 0: none. Unless this is 0, a "
+       "minimization that is stuck starts again once, with the other mu_strategy.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
-       "Whether a constraint that reads Max variables may be given to Min: it must "
-       "then hold for every y (a robust constraint). no: such a constraint is an "
-       "error.",
+       "Whether Min may own a constraint that reads Max variables, which must then hold for "
+       "every y (a robust constraint). no: such a constraint is an error.",
        flag(&O::minmax_robust_constraints)},
   };
 }
@@ -358,23 +365,21 @@ Rows multistart_options() {
        "in turn. One with two bounds starts anywhere between them.",
        positive(&O::minmax_start_radius)},
       {"minmax_worst_case_starts", category,
-       "Number of starts for maximizations over y, x held, of f and of each robust "
-       "constraint. If a y above the answer's is found, the solve goes on with it. An "
-       "answer that does not meet a y that was found is no success. 0: none. -1: none "
-       "for f (with minmax_epigraph as for a robust constraint); for each robust "
-       "constraint 8, and up to 100 while they end at different maxima and one more "
-       "could violate it.",
+       "Number of starts of maximizations over y, x held, for f and for each robust constraint. "
+       "If a worse y is found, the solve continues with it. If the answer does not withstand a y "
+       "that was found, it is no success. 0: no search. -1: for each robust constraint 8, and up "
+       "to 100 while they end at different maxima and one more could violate it; for f the same "
+       "with minmax_epigraph, else none.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
-       "Whether branch and bound over y, with bounds rounded outward, proves how "
-       "large f and each robust constraint can become at the answer's x. If it finds "
-       "a worse y, the solve goes on with it. An answer without a complete proof is "
-       "no success. For models whose formulas are known, with at most 8 free Max "
-       "variables, all with two bounds.",
+       "Whether branch and bound over y, with outward rounding, proves how large f and each "
+       "robust constraint can become at the answer's x. If it finds a worse y, the solve "
+       "continues with it. An answer without a complete proof is no success. Needs a model with "
+       "known formulas and at most 8 free Max variables, all with two bounds.",
        flag(&O::minmax_worst_case_proof)},
       {"minmax_concave_in_y", category,
-       "States that f is concave in y and Y(x) convex. A local maximum over y is then "
-       "the worst case over all of y, and one maximization is enough.",
+       "yes states that f is concave in y and that the feasible y are a convex set. A local "
+       "maximum over y is then the worst case over all of y, and one maximization is enough.",
        flag(&O::minmax_concave_in_y)},
   };
 }
@@ -383,9 +388,8 @@ Rows robust_options() {
   const std::string_view category = "Robust Constraints";
   return {
       {"minmax_epigraph", category,
-       "Whether f is treated as a robust constraint, too: min t subject to f(x, y) <= "
-       "t for every y. The answer minimizes the largest of the worst cases found, "
-       "kinks included.",
+       "Whether f is treated as a robust constraint: min t subject to f(x, y) <= t for every y. "
+       "The answer minimizes the largest of the worst cases found, and it may be at a kink.",
        flag(&O::minmax_epigraph)},
       {"minmax_epigraph_at_kinks", category,
        "Whether a search that ends without a local minmax goes on as with "
@@ -403,17 +407,19 @@ Rows shift_options() {
        nonnegative(&O::min_hessian_perturbation)},
       {"max_hessian_perturbation", category, "Shift above which the correction gives up.",
        positive(&O::max_hessian_perturbation)},
-      {"perturb_inc_fact_first", category, "Growth of the very first shift of a solve.",
+      {"perturb_inc_fact_first", category,
+       "Factor by which the first shift of a solve grows "
+       "while it is too small.",
        from(&O::perturb_inc_fact_first, kLeastGrowth)},
-      {"perturb_inc_fact", category, "Growth of a shift that was too small.",
+      {"perturb_inc_fact", category, "Factor by which later shifts grow while they are too small.",
        from(&O::perturb_inc_fact, kLeastGrowth)},
-      {"perturb_dec_fact", category, "Factor of the last shift that is tried first.",
+      {"perturb_dec_fact", category, "The first shift tried is this factor times the last one.",
        open(&O::perturb_dec_fact, 0.0, 1.0)},
       {"jacobian_regularization_value", category,
        "Shift of the multiplier rows when a Jacobian looks rank-deficient.",
        nonnegative(&O::jacobian_regularization_value)},
       {"jacobian_regularization_exponent", category,
-       "Power of mu that multiplies jacobian_regularization_value.",
+       "jacobian_regularization_value is multiplied by mu to this power.",
        nonnegative(&O::jacobian_regularization_exponent)},
   };
 }
@@ -446,11 +452,10 @@ Rows linear_solver_options() {
               {"if fewer operations are predicted", "always, with Max variables",
                "never: K and K_yy are factorized one by one"})},
       {"minmax_threads", category,
-       "Largest number of threads for one factorization by LDL'. Subtrees are "
-       "eliminated in parallel if the factorization takes longer than about a "
-       "millisecond (by its counted operations) and the elimination tree divides "
-       "well. Results have the same bits with any number. 1 starts no threads; others "
-       "wait between factorizations.",
+       "Largest number of threads for one factorization by LDL'. They are used if the "
+       "factorization takes longer than about a millisecond (by its counted operations) and its "
+       "elimination tree has large independent subtrees. Results have the same bits with any "
+       "number.",
        at_least(&O::minmax_threads, 1)},
   };
 }
@@ -464,9 +469,9 @@ Rows mumps_options() {
       {"mumps_mem_percent", category, "Extra workspace of MUMPS in percent of its estimate.",
        at_least(&O::mumps_mem_percent, 0)},
       {"max_memory", category,
-       "Memory of the process in MB (10^6 bytes). If MUMPS would need more, it is not "
-       "started and the solve ends as out of memory. Limits of the address space and "
-       "of the control group hold in any case.",
+       "Memory of the process in MB (10^6 bytes). If MUMPS would need more, it is not started "
+       "and the solve ends as out of memory. Limits that the system sets (address space, control "
+       "group) hold in any case.",
        positive(&O::max_memory)},
       {"max_refinement_steps", category, "Largest number of refinement steps per linear system.",
        at_least(&O::max_refinement_steps, 0)},
@@ -485,8 +490,8 @@ Rows certificate_options() {
        "How much the second-order test at a first-order point may cost.",
        choice(&O::minmax_certificate, {"full", "quick", "none", "proved"},
               {"the test goes on until the point is certified or refuted. An undecided point "
-               "costs at most a fifth of the solve's factorizations or 20 (40 if the matrices "
-               "are small)",
+               "costs at most 20 factorizations (40 if the matrices are small), or a fifth of "
+               "the solve's if that is more",
                "one factorization of K_yy and one of K. Only points with clear curvature and "
                "clear active bounds are certified, and clearly wrong ones refuted",
                "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
