@@ -45,7 +45,7 @@ struct IterationInfo {
   double delta_y = 0.0;    ///< Hessian shift of the Max variables (the paper's epsilon_y)
   double alpha_dual = 0.0;
   double alpha_primal = 0.0;
-  char step_kind = ' ';            ///< one letter, see docs/algorithm.md
+  char step_kind = ' ';            ///< one letter, see docs/log.md
   ShiftFindings shifts;            ///< of Algorithm 1 and of the joint steps; empty in other steps
   Index trials = 0;                ///< trial points of the line search
   Index factorizations_full = 0;   ///< of K since the last call

@@ -27,7 +27,7 @@ struct WrongCurvature {
   Eigen::VectorXd direction;  ///< canonical variables, slacks included; for Max zero in x
 };
 
-/// What led to a point. The values are the letters of the log, docs/algorithm.md.
+/// What led to a point. The values are the letters of the log, docs/log.md.
 enum class StepKind : char {
   None = ' ',
   Newton = 'n',
