@@ -114,7 +114,7 @@ Rows termination_options() {
        positive(&O::max_wall_time)},
       {"minmax_max_factorizations", category,
        "Largest number of factorizations of K and K_yy together, those of restorations included. "
-       "It bounds the time of a solve on every machine alike. Two of them are reserved for the "
+       "It limits the work of a solve, on every machine alike. Two of them are reserved for the "
        "certificate. At the limit the solve ends as at max_iter, with the best point seen. 0: no "
        "limit.",
        at_least(&O::minmax_max_factorizations, 0)},
@@ -136,9 +136,8 @@ Rows model_options() {
       {"nlp_upper_bound_inf", category, "Upper bounds at or above this value are absent.",
        any(&O::nlp_upper_bound_inf)},
       {"bound_relax_factor", category,
-       "Bounds are relaxed before the solve by this factor times max(1, |bound|), or times 100 "
-       "times the distance to the other bound if that is less. Bounds move by at most "
-       "constr_viol_tol.",
+       "Bounds are relaxed before the solve by this factor times the smaller of max(1, |bound|) "
+       "and 100 times the distance to the other bound. Bounds move by at most constr_viol_tol.",
        nonnegative(&O::bound_relax_factor)},
       {"honor_original_bounds", category,
        "Whether the returned point is moved back into the bounds as given.",
