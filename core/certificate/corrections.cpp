@@ -363,6 +363,10 @@ SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
     for (const Correction& row : kCorrections) {
       if ((right && row.anew) || !row.applies(c, here)) continue;
       TrialPoint next = !row.anew ? here : here.relaxed ? first : start;
+      if (next.set.of == here.set.of) {
+        next.dependences = here.dependences;
+        next.set.redundant = here.set.redundant;
+      }
       if (!row.change(c, next)) continue;
       if (next.followed && !here.followed) start = next;
       here = std::move(next);

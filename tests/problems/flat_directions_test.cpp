@@ -404,6 +404,19 @@ TEST(DependentRows, OfMaxAreAsOne) {
   }
 }
 
+TEST(DependentRows, OfMaxMayStandBesideAnUnreadVariable) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression y0 = model.variable(Player::Max, "y0"), y1 = model.variable(Player::Max, "y1");
+  static_cast<void>(model.variable(Player::Max, "unread"));
+  model.objective(square(x - 0.3) + x * y0 - square(y0) - square(y1));
+  for (const double factor : {1.0, 2.0})
+    model.constraint(factor * (y0 + 0.5 * y1 + 0.2 * x), 0.1 * factor, 0.1 * factor);
+  AutodiffProblem problem(model, {0.7, 0.4, 0.1, 0.5});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.certificate.answer, InnerAnswer::BestNotUnique) << result.message;
+}
+
 /// x'y + |x|^2 with |y| = 1, or |y| <= 1: max over y is |x| + |x|^2.
 Result on_the_unit_circle(bool with_interior, bool over_branches) {
   Model model;
