@@ -168,7 +168,8 @@ constexpr Correction kCorrections[] = {
      leave_out_rows},
     {has_short_x, scale_min_first},
     {[](TestContext& c, const TrialPoint& here) {
-       const bool may_be_singular = !here.converges || (here.test.inner && !here.test.full);
+       const bool may_be_singular =
+           here.converges ? here.test.inner && !here.test.full : !here.newton.done;
        return c.has_x() && may_be_singular && c.may_factorize(1 + kToConfirm);
      },
      hold_unread},
