@@ -266,7 +266,7 @@ int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *
 /* The duality gap at x (n values), most - least: of a game that is convex in the Min variables and
  * concave in the Max variables, with linear constraints of each player's own, most is the largest
  * objective over the Max variables, least the smallest over the Min variables, the others held at x.
- * saddle_point: 1 where they are equal to minmax_worst_case_tol, which proves it over all of both.
+ * saddle_point: 1 where they differ by no more than tol, which proves it over all of both.
  * Each may be NULL. Two solves with the options of the next one; 0 where there is no gap:
  * IpminmaxMessage says why. */
 int IpminmaxFindGap(IpminmaxProblem problem, const double *x, double *most, double *least,

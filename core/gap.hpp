@@ -14,8 +14,8 @@ namespace IPMINMAX_API ipminmax {
 struct DualityGap {
   double most = std::numeric_limits<double>::quiet_NaN();   ///< max over y of f at the given x
   double least = std::numeric_limits<double>::quiet_NaN();  ///< min over x of f at the given y
-  /// They differ by no more than minmax_worst_case_tol of the range of f over some points: this one
-  /// is a saddle point over all of x and y, perhaps one of several, its value exact.
+  /// They differ by no more than tol, or minmax_worst_case_tol of the range of f over some points:
+  /// this one is a saddle point over all of x and y, perhaps one of several, its value exact.
   bool saddle_point = false;
   std::string message;  ///< for people, without line end
   [[nodiscard]] double size() const { return most - least; }

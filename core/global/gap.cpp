@@ -122,7 +122,9 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
   if (!gap.message.empty()) return gap;
   gap.most = most;
   gap.least = least;
-  gap.saddle_point = !clearly_greater(most, least, range, options.minmax_worst_case_tol);
+  constexpr double kTellsNothing = 1e-3;  // of the range of f: a tolerance that is larger
+  gap.saddle_point = gap.size() <= std::max(range.resolution(options.minmax_worst_case_tol),
+                                            std::min(options.tol, kTellsNothing * range.size()));
   gap.message = "duality gap " + number_text(gap.size(), 2);
   if (gap.saddle_point)
     gap.message +=

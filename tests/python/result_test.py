@@ -76,6 +76,19 @@ class Shape(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "v"):
             result.problem.gap([1.0, 0.0])
 
+    def test_a_gap_is_not_looked_for_inside_a_solve(self):
+        class Inside(ipminmax.Problem):
+            def objective(self, v):
+                self.gap(v)
+                return v[0] ** 2 - v[1] ** 2
+
+            def gradient(self, v):
+                return np.array([2.0 * v[0], -2.0 * v[1]])
+
+        for ask in (lambda problem: problem.gap([1.0, 1.0]), lambda problem: problem.solve([1.0, 1.0])):
+            with self.assertRaisesRegex(RuntimeError, "being solved"):
+                ask(Inside(2, 0, players=[0, 1]))
+
     def test_where_there_is_no_gap(self):
         for why, fun, constraints in (
                 ("both players", game, Constraint(lambda x, y: x[0] + y[0], ub=9.0)),

@@ -308,11 +308,15 @@ class Problem:
                  ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
         if given[0].size != self.n:
             raise ValueError(f"x must have {self.n} entries, not {given[0].size}")
-        if self._solving or core.solving:
+        return self._alone(lambda: self._solve_from(core, given, again))
+
+    def _alone(self, solve: Any) -> Any:
+        """What a solve returns that is not called inside another one."""
+        if self._solving or self._core.solving:
             raise RuntimeError("the problem is being solved: no solve inside its own functions")
         self._solving = True
         try:
-            return self._solve_from(core, given, again)
+            return solve()
         finally:
             self._solving = False
 
@@ -378,7 +382,8 @@ class Problem:
         only one. ValueError says why there is none: a constraint that is not linear or reads variables
         of both players, an objective that is not convex in the minimizer's variables and concave in
         the maximizer's, as far as second derivatives show, a solve that failed."""
-        most, least = self._core.gap(to_floats(v, "v").ravel())
+        core, point = self._core, to_floats(v, "v").ravel()
+        most, least = self._alone(lambda: core.gap(point))
         return float(most - least)
 
     def get_current_iterate(self) -> Optional[Dict[str, Any]]:
