@@ -48,8 +48,14 @@ class Limits(unittest.TestCase):
         self.assertLess(slow.calls, 130)
         self.assertIn(result.status, (-4, -5))
 
+    def test_the_value_is_that_of_the_point(self):
+        for limit in (0.02, 0.1, 0.3):
+            result = Slow(6).solve(options={"max_wall_time": limit, "minmax_worst_case_starts": 20})
+            self.assertEqual(result.fun, Slow(6)(result.x, result.y))
+
     def test_no_time_at_all(self):
         result = Slow(2).solve(options={"max_wall_time": 1e-9})
+        self.assertEqual(result.fun, Slow(2)(result.x, result.y))
         self.assertIn("time limit", result.message)
         self.assertIn("UNKNOWN", str(result.certificate.kind))
 
