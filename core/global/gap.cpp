@@ -49,17 +49,20 @@ struct SecondDerivatives {
 
   /// Whether a player's own may have no eigenvalue of the wrong sign. tol: of diagonal entries.
   [[nodiscard]] bool may_suit(Player player, double tol) const {
-    Eigen::SparseMatrix<double> matrix(std::ssize(errors), std::ssize(errors));
+    std::vector<Eigen::Triplet<double>> entries;
+    for (Index i = 0; i < std::ssize(errors); ++i) {
+      const double shift = errors[at(i)] + std::numeric_limits<double>::min();
+      entries.emplace_back(i, i, shift);
+    }
     for (std::size_t k = 0; k < w.size(); ++k) {
       const auto [row, col] = s.hessian[k];
-      if (s.variable_players[at(row)] == player && s.variable_players[at(col)] == player)
-        matrix.coeffRef(std::max(row, col), std::min(row, col)) +=
-            player == Player::Min ? w[k] : -w[k];
+      if (s.variable_players[at(row)] != player || s.variable_players[at(col)] != player) continue;
+      const double own = player == Player::Min ? w[k] : -w[k];
+      const double shift = row == col ? tol * std::abs(own) : 0.0;
+      entries.emplace_back(std::max(row, col), std::min(row, col), own + shift);
     }
-    for (Index i = 0; i < matrix.rows(); ++i) {
-      double& diagonal = matrix.coeffRef(i, i);
-      diagonal += errors[at(i)] + tol * std::abs(diagonal) + std::numeric_limits<double>::min();
-    }
+    Eigen::SparseMatrix<double> matrix(std::ssize(errors), std::ssize(errors));
+    matrix.setFromTriplets(entries.begin(), entries.end());
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(matrix);
     return known && factors.info() == Eigen::Success && factors.vectorD().minCoeff() > 0.0;
   }
@@ -89,9 +92,9 @@ std::string why_no_proof(Problem& game, const SolverOptions& options,
 DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOptions& options,
                     Budget& budget, Result& work) {
   std::optional<FiniteDifferenceHessian> differences;
-  const bool exact = model.structure().has_hessian &&
+  const bool given = model.structure().has_hessian &&
                      options.hessian_approximation != HessianApproximation::FiniteDifferenceValues;
-  Problem& game = exact ? model : differences.emplace(model, options);
+  Problem& game = given ? model : differences.emplace(model, options);
   DualityGap gap;
   ValueRange range;
   for (Index k = 0; k <= kSamples; ++k) {
@@ -111,11 +114,13 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
     if (range.size() > 0.0)
       one_solve.obj_scaling_factor = std::clamp(1.0 / range.size(), 1.0, kLargestScaling);
     one_solve.warm_start_init_point = false;
+    one_solve.nlp_scaling_method = Scaling::GradientBased;  // a user's factor may change the signs
     Held held = alone(game, player, v);
     Result found = solve_from_start(held, one_solve, budget, {}, nullptr);
     found.iterations = 0;
     add_work(found, work);
-    gap.message = is_success(found.status) ? why_no_proof(game, options, found.v) : found.message;
+    const bool exact = is_success(found.status) && found.status != Status::SolvedToAcceptableLevel;
+    gap.message = exact ? why_no_proof(game, options, found.v) : found.message;
     return found.objective;
   };
   const double most = best_value(Player::Max), least = best_value(Player::Min);
