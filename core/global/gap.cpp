@@ -25,7 +25,7 @@ namespace ipminmax {
 namespace {
 
 /// Random points at which f should look convex and concave, beside the one that is asked about.
-constexpr Index kSamples = 2;
+constexpr Index kRandomPoints = 2;
 
 /// Hessian of f, or of a random sum of the constraints, with errors of its rows.
 struct SecondDerivatives {
@@ -97,7 +97,7 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
   Problem& game = given ? model : differences.emplace(model, options);
   DualityGap gap;
   ValueRange range;
-  for (Index k = 0; k <= kSamples; ++k) {
+  for (Index k = 0; k <= kRandomPoints; ++k) {
     const std::vector<double> point = k == 0 ? v : random_start(game.structure(), v, k, options);
     gap.message = why_no_proof(game, options, point);
     if (!gap.message.empty()) return gap;
