@@ -107,6 +107,28 @@ class Limits(unittest.TestCase):
         self.assertNotIn("xception", log.getvalue())
 
 
+    def test_a_limit_after_the_answer(self):
+        """The duality gap is looked for where the answer is known: cut short it takes nothing back."""
+        def solve(late_at, **options):
+            calls = [0]
+
+            def fun(x, y):
+                calls[0] += 1
+                if calls[0] == late_at:
+                    time.sleep(0.6)
+                return (x[0] - 1.0) ** 2 + x[0] * y[0]  # nothing reads x[1]
+
+            return minimize_minmax(fun, [0.2, 3.0], [0.3], bounds_x=(-5.0, 5.0), bounds_y=(-1.0, 1.0),
+                                   check_derivatives=False, options=options), calls[0]
+
+        result, calls = solve(None)
+        self.assertIn("duality gap", result.message)
+        late, _ = solve(calls - 100, max_wall_time=0.5)
+        self.assertTrue(late.success, late.message)
+        self.assertNotIn("duality gap", late.message)
+        self.assertAlmostEqual(late.fun, 0.75, delta=1e-6)
+
+
 class Interrupt(unittest.TestCase):
     def test_nothing_is_called_after_ctrl_c(self):
         """While the pattern is looked for, and between iterates, where the last one is returned."""
