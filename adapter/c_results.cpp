@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -6,6 +7,7 @@
 #include "adapter/c_problem.hpp"
 #include "adapter/point_arrays.hpp"
 #include "core/answer.hpp"
+#include "core/gap.hpp"
 
 // The C interface: what a solve has found, the current iterate, the worst case.
 
@@ -65,12 +67,11 @@ void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> ta
   copy_to(worst_x, from.v);
 }
 
-/// As IpminmaxSolve would: the options file is read, and no callback of the model may call this.
-std::string check_worst_case_of(Problem& problem, const double* x, int starts,
-                                Target<IpminmaxWorstCase> target, double* worst_x,
-                                void* user_data) {
+/// Asks about a point as IpminmaxSolve would: the options file is read, and no callback of the model
+/// may call this. ask: takes the application, the model and n values.
+template <class Ask>
+std::string ask_at(Problem& problem, const double* x, void* user_data, const Ask& ask) {
   if (problem.solving) return "the problem is being solved";
-  if (target.structure == nullptr) return "the structure to be filled is NULL";
   std::string error;
   const std::vector<double> v = read_array(x, problem.model->definition().n, "x", error);
   if (!error.empty()) return error;
@@ -81,10 +82,7 @@ std::string check_worst_case_of(Problem& problem, const double* x, int starts,
   problem.model->needs_hessian = asks_for_hessian(problem);
   problem.model->start.x = v;
   const Solving solving(problem);
-  WorstCaseCheck check;
-  error = problem.application->CheckWorstCase(Ipopt::GetRawPtr(problem.model), v, starts, check);
-  if (error.empty()) write(problem, check.found, target, worst_x);
-  return error;
+  return ask(*problem.application, Ipopt::GetRawPtr(problem.model), v);
 }
 
 std::string error_of_answer(const Problem& problem, const void* target) {
@@ -213,8 +211,28 @@ int(IpminmaxCheckWorstCase)(IpminmaxProblem problem, const double* x, int starts
 int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double* x, int starts,
                                 IpminmaxWorstCase* worst_case, size_t size, double* worst_x,
                                 void* user_data) {
+  return guarded(problem, [&]() -> std::string {
+    if (worst_case == nullptr) return "the structure to be filled is NULL";
+    return ask_at(*problem, x, user_data, [&](auto& application, auto* model, auto& v) {
+      WorstCaseCheck check;
+      const std::string error = application.CheckWorstCase(model, v, starts, check);
+      if (error.empty()) write(*problem, check.found, {worst_case, size}, worst_x);
+      return error;
+    });
+  });
+}
+
+int IpminmaxFindGap(IpminmaxProblem problem, const double* x, double* most, double* least,
+                    int* saddle_point, void* user_data) {
   return guarded(problem, [&] {
-    return check_worst_case_of(*problem, x, starts, {worst_case, size}, worst_x, user_data);
+    return ask_at(*problem, x, user_data, [&](auto& application, auto* model, auto& v) {
+      DualityGap gap;
+      std::string error = application.FindGap(model, v, gap);
+      if (most != nullptr) *most = gap.most;
+      if (least != nullptr) *least = gap.least;
+      if (saddle_point != nullptr) *saddle_point = gap.saddle_point ? 1 : 0;
+      return error.empty() && std::isnan(gap.size()) ? gap.message : error;
+    });
   });
 }
 

@@ -263,6 +263,15 @@ int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_
  * is 0. */
 int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
 
+/* The duality gap at x (n values), most - least: of a game that is convex in the Min variables and
+ * concave in the Max variables, with linear constraints of each player's own, most is the largest
+ * objective over the Max variables, least the smallest over the Min variables, the others held at x.
+ * saddle_point: 1 where they differ by no more than tol, which proves it over all of both.
+ * Each may be NULL. Two solves with the options of the next one; 0 where there is no gap:
+ * IpminmaxMessage says why. */
+int IpminmaxFindGap(IpminmaxProblem problem, const double *x, double *most, double *least,
+                    int *saddle_point, void *user_data);
+
 /* Worst cases of the last solve's robust constraints, which are Min's and read Max variables, and
  * of f with option minmax_epigraph; docs/robust_constraints.md. Returns how many there are and
  * fills the first capacity of each array that is not NULL: constraints (indices from 0, m for f),

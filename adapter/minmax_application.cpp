@@ -1030,22 +1030,44 @@ std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const
   return sensitivity.update(problem, here.result, options);
 }
 
-std::string MinMaxApplication::CheckWorstCase(const SmartPtr<Ipopt::TNLP>& model,
-                                              std::span<const double> v, Index starts,
-                                              WorstCaseCheck& check) const {
+namespace {
+
+/// Loads the model and asks about it; returns why that cannot be done, empty when it was.
+template <class Ask>
+std::string ask_about(const SmartPtr<Ipopt::TNLP>& model, const Ipopt::OptionsList& list,
+                      const Ask& ask) {
   if (Ipopt::IsNull(model)) return "the model is null";
-  if (starts < 1) return "a worst case is looked for from at least one start";
   SolverOptions options;
-  if (auto error = solver_options(*implementation_->list, options); !error.empty()) return error;
+  if (auto error = solver_options(list, options); !error.empty()) return error;
   if (auto error = ipopt_library_error(*model); !error.empty()) return error;
-  TnlpProblem problem(model, player_options(*implementation_->list), options.hessian_approximation);
+  TnlpProblem problem(model, player_options(list), options.hessian_approximation);
   if (auto error = problem.load(); !error.empty()) return error;
   try {
-    check = check_worst_case(problem, v, options, starts);
+    ask(problem, options);
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
   return {};
+}
+
+}  // namespace
+
+std::string MinMaxApplication::CheckWorstCase(const SmartPtr<Ipopt::TNLP>& model,
+                                              std::span<const double> v, Index starts,
+                                              WorstCaseCheck& check) const {
+  if (starts < 1) return "a worst case is looked for from at least one start";
+  return ask_about(model, *implementation_->list,
+                   [&](Problem& problem, const SolverOptions& options) {
+                     check = check_worst_case(problem, v, options, starts);
+                   });
+}
+
+std::string MinMaxApplication::FindGap(const SmartPtr<Ipopt::TNLP>& model,
+                                       std::span<const double> v, DualityGap& gap) const {
+  return ask_about(model, *implementation_->list,
+                   [&](Problem& problem, const SolverOptions& options) {
+                     gap = duality_gap(problem, v, options);
+                   });
 }
 
 SmartPtr<MinMaxStatistics> MinMaxApplication::Statistics() const {

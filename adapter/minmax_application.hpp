@@ -8,6 +8,7 @@
 
 #include <IpIpoptApplication.hpp>
 
+#include "../core/gap.hpp"
 #include "../core/result.hpp"
 #include "../core/robust.hpp"
 #include "../core/sensitivity.hpp"
@@ -127,6 +128,9 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   [[nodiscard]] std::string CheckWorstCase(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
                                            std::span<const double> v, Index starts,
                                            WorstCaseCheck& check) const;
+  /// The duality gap at v in the same way; see core/gap.hpp.
+  [[nodiscard]] std::string FindGap(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
+                                    std::span<const double> v, DualityGap& gap) const;
   /// Makes sensitivity that of the last answer; returns why that has no derivatives, empty when it
   /// has. Bounds and functions of the model must be those of the solve. Calls the model as a solve
   /// does before its start, then gradient, Jacobian and Hessian once; its exceptions pass through.

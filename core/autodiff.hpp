@@ -146,6 +146,7 @@ struct Binary {
 template <std::size_t L>
 class TapedLanes {
  public:
+  using FormulaNumber = void;
   TapedLanes(double constant = 0.0) { value_.fill(constant); }  // NOLINT: conversion is the point
   TapedLanes(const Lanes<L>& value, Index node, double factor = 1.0)
       : value_(value), factor_(factor), node_(node) {}
@@ -380,6 +381,7 @@ using Taped = autodiff::TapedLanes<1>;
 /// A double under the names of Taped: formulas that call sin(x), abs(x), square(x) mean these.
 class Plain {
  public:
+  using FormulaNumber = void;
   Plain(double value = 0.0) : value_(value) {}  // NOLINT: conversion is the point
   [[nodiscard]] double value() const { return value_; }
 
@@ -1020,5 +1022,51 @@ class Tape : public TapeOf<1> {
   }
 };
 
+template <class T>
+concept IsFormulaNumber = requires {
+  typename T::FormulaNumber;
+};
+
 }  // namespace autodiff
 }  // namespace ipminmax
+
+// Formulas that call std::sin mean the number type's own function, as those that call sin.
+namespace std {
+#define IPMINMAX_OF_ONE(function)                  \
+  template <ipminmax::autodiff::IsFormulaNumber T> \
+  T function(const T& a) {                         \
+    return function(a);                            \
+  }
+#define IPMINMAX_OF_TWO(function)                  \
+  template <ipminmax::autodiff::IsFormulaNumber T> \
+  T function(const T& a, const T& b) {             \
+    return function(a, b);                         \
+  }                                                \
+  template <ipminmax::autodiff::IsFormulaNumber T> \
+  T function(const T& a, double b) {               \
+    return function(a, T(b));                      \
+  }                                                \
+  template <ipminmax::autodiff::IsFormulaNumber T> \
+  T function(double a, const T& b) {               \
+    return function(T(a), b);                      \
+  }
+IPMINMAX_OF_ONE(sqrt)
+IPMINMAX_OF_ONE(exp)
+IPMINMAX_OF_ONE(log)
+IPMINMAX_OF_ONE(sin)
+IPMINMAX_OF_ONE(cos)
+IPMINMAX_OF_ONE(tan)
+IPMINMAX_OF_ONE(asin)
+IPMINMAX_OF_ONE(acos)
+IPMINMAX_OF_ONE(atan)
+IPMINMAX_OF_ONE(sinh)
+IPMINMAX_OF_ONE(cosh)
+IPMINMAX_OF_ONE(tanh)
+IPMINMAX_OF_ONE(abs)
+IPMINMAX_OF_ONE(fabs)
+IPMINMAX_OF_TWO(pow)
+IPMINMAX_OF_TWO(atan2)
+IPMINMAX_OF_TWO(hypot)
+#undef IPMINMAX_OF_ONE
+#undef IPMINMAX_OF_TWO
+}  // namespace std

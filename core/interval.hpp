@@ -35,6 +35,7 @@ class UndecidedComparison : public std::domain_error {
 /// All numbers between two, which may be infinite.
 class Interval {
  public:
+  using FormulaNumber = void;
   Interval(double value = 0.0) : Interval(value, value) {}  // NOLINT: conversion is the point
   /// NaN, or ends in the wrong order: all numbers.
   Interval(double lower, double upper) : lower_(lower), upper_(upper) {
@@ -242,6 +243,7 @@ class IntervalJet {
   /// Directions at most: quantities over which something can be proved in this life.
   static constexpr std::size_t kMostDirections = 8;
 
+  using FormulaNumber = void;
   IntervalJet(double constant = 0.0) : value_(constant) {}  // NOLINT: conversion is the point
   explicit IntervalJet(const Interval& value) : value_(value) {}
   /// The variable of one direction among `directions`.

@@ -2,7 +2,7 @@
 # what the door offers (answer.hpp and its other names). Run with -DSOURCE_DIR=...
 cmake_minimum_required(VERSION 3.22)
 set(rooms model differences robust point kkt method paper certificate search sensitivity proof global)
-set(door answer multistart robust solver worst_case)
+set(door answer gap multistart robust solver worst_case)
 set(wrong "")
 
 # Adds the includes of a folder's files that match to the wrong ones.

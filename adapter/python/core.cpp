@@ -270,7 +270,8 @@ class Problem {
     rethrow();
     std::string name = IpminmaxStatusName(problem_), message = IpminmaxMessage(problem_);
     const ipminmax::Result& result = problem_->application->LastResult();
-    if (cut_) {
+    // What was finished before stands: what follows a success may be cut short.
+    if (cut_ && (interrupted_ || !ipminmax::is_success(result.status))) {
       const auto why = interrupted_ ? ipminmax::Status::UserStop : ipminmax::Status::MaxWallTime;
       status = static_cast<int>(ipminmax::application_status(why));
       name = ipminmax::name_of(why);
@@ -403,6 +404,21 @@ class Problem {
     result["value"] = found.found != 0 ? py::object(py::float_(found.value)) : py::none();
     result["x"] = found.found != 0 ? py::object(to_array(x)) : py::none();
     return result;
+  }
+
+  /// Largest and least value; ValueError says why there are none.
+  py::tuple gap(const Array& v) {
+    check_size(v, n_, "v");
+    begin(false);
+    double most = 0.0, least = 0.0;
+    int found = 0;
+    {
+      const Unlocked unlocked;
+      found = IpminmaxFindGap(problem_, v.data(), &most, &least, nullptr, this);
+    }
+    rethrow();
+    require(found);
+    return py::make_tuple(most, least);
   }
 
   [[nodiscard]] py::object statistics() const {
@@ -868,6 +884,7 @@ PYBIND11_MODULE(_core, module) {
       .def("statements", &Problem::statements)
       .def("certificate", &Problem::certificate)
       .def("worst_case", &Problem::worst_case)
+      .def("gap", &Problem::gap)
       .def("statistics", &Problem::statistics)
       .def("current_iterate", &Problem::current_iterate)
       .def("current_violations", &Problem::current_violations)

@@ -33,6 +33,7 @@
 //       release_bounds       that the Newton step shows to be inactive
 //       leave_out_rows       that are redundant (dependence)
 //       scale_min_first      lengths of x without the coupling of x to y
+//       hold_unread          a variable of each step of x that the model does not read
 //       take_newton_step     towards the solution
 //       follow_path          finds the active set while mu falls (barrier_path)
 //       allow_other_answers  K_yy is singular, y best but not unique: takes curvature from Max; y
@@ -68,6 +69,7 @@ struct TrialPoint {
   InactiveCopies inactive;
   /// Curvature subtracted from all of Max's variables, scaled, if the best answer is not unique.
   double proximal = 0.0;
+  Vector unread;          ///< a step of x that the model does not read; one variable of it is held
   int steps = 0;          ///< of Newton's method that have led here
   bool followed = false;  ///< the active set was found while mu fell
   bool relaxed = false;   ///< bounds were released that bound_relax_factor alone made active

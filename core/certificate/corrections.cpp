@@ -167,6 +167,12 @@ constexpr Correction kCorrections[] = {
      },
      leave_out_rows},
     {has_short_x, scale_min_first},
+    {[](TestContext& c, const TrialPoint& here) {
+       const bool may_be_singular =
+           here.converges ? here.test.inner && !here.test.full : !here.newton.done;
+       return c.has_x() && may_be_singular && c.may_factorize(1 + kToConfirm);
+     },
+     hold_unread},
     {needs_newton_step, take_newton_step},
     {has_other_path, [](TestContext& c, TrialPoint& next) { return begin(c, true, next); }, true},
     {[](TestContext& c, const TrialPoint& here) {
@@ -239,6 +245,10 @@ SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
   if (trial.proximal > 0.0) {
     ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation);
     measure_inertias(c, system, trial);
+  }
+  if (trial.unread.size() > 0) {
+    c.reasons.add_direction(Kind::FlatDirection, Player::Min, trial.unread,
+                            "x is best but not unique: as good along");
   }
   if (trial.dependences) c.reasons.add_dependences(*trial.dependences);
   return SecondOrder::Satisfied;
@@ -348,12 +358,16 @@ SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
       here.is_far = true;
       right = here;
     }
-    if (here.proximal == 0.0) trial = here;
+    if (here.proximal == 0.0 && here.unread.size() == 0) trial = here;
     if (look == Look::Harmful || (right && here.proximal > 0.0)) break;
     corrected = false;
     for (const Correction& row : kCorrections) {
       if ((right && row.anew) || !row.applies(c, here)) continue;
       TrialPoint next = !row.anew ? here : here.relaxed ? first : start;
+      if (next.set.of == here.set.of) {
+        next.dependences = here.dependences;
+        next.set.redundant = here.set.redundant;
+      }
       if (!row.change(c, next)) continue;
       if (next.followed && !here.followed) start = next;
       here = std::move(next);

@@ -301,15 +301,20 @@ struct DirectionSearch {
     return false;
   }
 
-  FlatDirections look_for_flat(double margin) {
-    FlatDirections flat;
-    if (!right_with({.x = inner ? 0.0 : margin, .y = inner ? margin : -margin})) return flat;
+  /// Those with little curvature. proximal: of Max's where x moves.
+  void collect(double margin, double proximal = 0.0) {
+    if (!right_with({.x = inner ? 0.0 : margin, .y = inner ? margin : proximal - margin})) return;
     const double most = margin / kLittle;
     while (found.size() < kSeveral) {
       auto direction = least_curvature(kLittle / most, kFew);
       if (!direction || std::abs(curvature(*direction)) > most * direction->squaredNorm()) break;
       found.push_back(std::move(*direction));
     }
+  }
+
+  FlatDirections look_for_flat(double margin) {
+    FlatDirections flat;
+    collect(margin);
     if (found.empty()) return flat;
     flat.verdict = FlatDirections::Verdict::Flat;
     flat.direction = step_along(found.front());
@@ -353,6 +358,14 @@ FlatDirections find_flat_directions(TestContext& c, ActiveSetSystem& system, con
                                     double margin, Player owner) {
   system.assemble({.min_fixed = true, .max_fixed = true});
   return DirectionSearch{c, system, point, owner, true}.look_for_flat(margin);
+}
+
+std::vector<Vector> find_uncurved_directions(TestContext& c, ActiveSetSystem& system,
+                                             const TrialPoint& trial) {
+  system.assemble({.min_fixed = true, .max_fixed = true});
+  DirectionSearch search{c, system, trial.point, Player::Min, true};
+  search.collect(c.margin(), trial.proximal);
+  return std::move(search.found);
 }
 
 }  // namespace ipminmax

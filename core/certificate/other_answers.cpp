@@ -7,6 +7,8 @@
 namespace ipminmax {
 namespace {
 
+using namespace parameters::certificate;
+
 /// Max's free variables and which of them W ties to themselves or each other.
 struct TiedVariables {
   std::vector<bool> free, tied, curved;
@@ -73,7 +75,57 @@ bool maximizes_weakly_at(TestContext& c, Point point, const TrialPoint& trial) {
   return true;
 }
 
+/// Whether neither f nor a row that counts changes along a step of x: no slope is left along it at
+/// places around the point and around the start.
+bool is_unread(const TestContext& c, const ActiveSetSystem& system, const TrialPoint& trial,
+               const Vector& step) {
+  const CanonicalProblem& canonical = c.canonical;
+  const Vector &v = trial.point.iterate.v, &start = canonical.starting_point().v;
+  const Index n = canonical.variables(), m = canonical.constraints();
+  Evaluation there = trial.point.evaluation;
+  for (Index k = 0; k < kSeveral; ++k) {
+    Vector place = k % 2 == 0 ? v : start;
+    for (Index i = 0; i < n; ++i) {
+      const double size = v[i] != start[i] ? std::abs(v[i] - start[i]) : trial.scaling.variable[i];
+      place[i] += kLittle * generic_entry(k * n + i) * size;
+    }
+    place = place.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
+    if (c.canonical.first_derivatives(place, there) != EvaluationStatus::Ok) return false;
+    Vector slope = Vector::Zero(m + 1), terms = slope;  // of the rows, and f
+    const auto add = [&](Index row, double value) {
+      slope[row] += value;
+      terms[row] += std::abs(value);
+    };
+    for (Index i = 0; i < n; ++i) add(m, there.gradient[i] * step[i]);
+    for_each_entry(canonical.jacobian(), there.jacobian, [&](Index row, Index col, double value) {
+      const Index slack = canonical.slack_of(row);
+      if (slack < 0 || system.is_fixed(slack)) add(row, value * step[col]);
+    });
+    if ((slope.array().abs() > kUnread * terms.array()).any()) return false;
+  }
+  return true;
+}
+
 }  // namespace
+
+bool hold_unread(TestContext& c, TrialPoint& next) {
+  ActiveSetSystem system(c.canonical, c.kkt, next.set, next.scaling, next.point.evaluation);
+  std::vector<Vector> found = find_uncurved_directions(c, system, next);
+  const IndexRange x = c.canonical.x();
+  std::vector<Index> held;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    Vector& d = found[k];
+    d.tail(d.size() - x.end).setZero();
+    for (std::size_t l = 0; l < k; ++l) d -= d[held[l]] / found[l][held[l]] * found[l];
+    const double least = kUnread * d.cwiseAbs().maxCoeff(&held.emplace_back());
+    d = (d.array().abs() > least).select(d, 0.0);  // rounding of the matrix's solutions
+    const Vector step = d.cwiseProduct(next.scaling.variable);
+    if (!is_unread(c, system, next, step)) return false;
+    if (next.unread.size() == 0) next.unread = step;
+  }
+  for (const Index i : held) next.set.hold(i);
+  return !held.empty();
+}
 
 bool maximizes_weakly(TestContext& c, const TrialPoint& trial) {
   // Off the solution the value changes along y with x's distance to it.

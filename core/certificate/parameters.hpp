@@ -56,6 +56,7 @@ constexpr double kLeastFar = 1e-6, kMostFar = 1e-4;
 constexpr double kClearlyWrong = 2.0;
 constexpr double kGrowth = 16.0;  ///< growth factor of the shift
 constexpr double kShorter = 0.25;
+constexpr double kUnread = 1e-10;  ///< slope along a step that nothing reads, over its terms
 
 // --- Gradients that depend on each other, cones, robust rows -------------------------------------
 

@@ -126,6 +126,16 @@ void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial
 /// on return the one that the result is about.
 [[nodiscard]] SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial);
 
+/// The directions found of x without curvature, y answering.
+[[nodiscard]] std::vector<Vector> find_uncurved_directions(TestContext& c, ActiveSetSystem& system,
+                                                           const TrialPoint& trial);
+
+/// If the model does not change along all of them (a variable that nothing reads, two that occur in
+/// a sum alone): every x nearby is as good as one with a variable of each direction where it is
+/// now. These are held: what is a strict local minmax of the rest is a local minmax of all. False:
+/// there are none, or the model changes.
+[[nodiscard]] bool hold_unread(TestContext& c, TrialPoint& next);
+
 /// Whether y is a best answer to x nearby, maybe one of many, at a point whose K_yy has no wrong
 /// curvature beyond the trial's proximal term. By structure: W has no entries between some of Max's
 /// free variables, Z, and any of them, so L is affine in Z, with slope zero; and K_yy is right

@@ -16,7 +16,7 @@ namespace {
 /// Part of the room to a bound that one of up to four steps takes.
 constexpr double kRoomUsed = 0.2;
 /// Evaluations of a detection: these and one for so many variables.
-constexpr Index kFewestEvaluations = 50, kVariablesPerEvaluation = 8;
+constexpr Index kFewestEvaluations = 200, kVariablesPerEvaluation = 8;
 /// Shares of the step tried where the model is undefined.
 constexpr std::array kShorter{1.0, 0.1, 1e-2, 1e-3};
 /// Second derivatives disagree with a slope of first ones beyond so many times the errors that are

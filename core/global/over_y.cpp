@@ -4,6 +4,7 @@
 #include <functional>
 #include <utility>
 
+#include "core/global/held.hpp"
 #include "core/global/places_over_y.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
@@ -41,45 +42,6 @@ constexpr Index kBesideOneHeight = 3;
 constexpr double kMuBeside = parameters::kSlight;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
-
-/// Some variables held where v has them; it starts at v.
-class Held final : public Restructured {
- public:
-  Held(Problem& model, const std::vector<std::size_t>& variables, std::vector<double> v)
-      : Restructured(model), v_(std::move(v)) {
-    for (const std::size_t i : variables) {
-      changed.variable_lower[i] = changed.variable_upper[i] = v_[i];
-    }
-  }
-
-  void drop_constraints_of_min() {
-    for (std::size_t j = 0; j < changed.constraint_players.size(); ++j) {
-      if (changed.constraint_players[j] != Player::Min) continue;
-      changed.constraint_lower[j] = -kInfinity;
-      changed.constraint_upper[j] = kInfinity;
-    }
-  }
-
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    std::ranges::copy(v_, start.v.begin());
-    return !start.needs_multipliers;
-  }
-
- private:
-  std::vector<double> v_;
-};
-
-/// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
-Held held_min(Problem& model, std::span<const double> v) {
-  const std::vector<Player>& players = model.structure().variable_players;
-  std::vector<std::size_t> of_min;
-  for (std::size_t i = 0; i < players.size(); ++i) {
-    if (players[i] == Player::Min) of_min.push_back(i);
-  }
-  Held held(model, of_min, {v.begin(), v.end()});
-  held.drop_constraints_of_min();
-  return held;
-}
 
 /// Of a maximum: its multipliers, and whether searches began beside it.
 struct Beside {
@@ -551,7 +513,7 @@ MaximaOverY maximize_over_y(Problem& inner, Index starts,
 MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index starts,
                                const std::vector<std::vector<double>>& given,
                                const MaximizationContext& context) {
-  Held inner = held_min(model, v);
+  Held inner = alone(model, Player::Max, v);
   if (context.options.minmax_concave_in_y) return maximize_over_y(inner, 1, {}, context);
   return maximize_over_y(inner, starts, given, context);
 }

@@ -91,6 +91,10 @@ void look_for_worst_case(Problem& problem, Index starts,
                          const std::vector<std::vector<double>>& given,
                          const MaximizationContext& context, Result& result);
 
+/// Where the second-order test of a game's answer is undecided: says so if it is a saddle point
+/// (gap.hpp). Work is added, iterations apart; the listener hears nothing.
+void add_gap(Problem& model, const SolverOptions& options, Budget& budget, Result& result);
+
 /// Cuts what another form of a model has behind the model's own n variables and m constraints.
 void cut(std::size_t n, std::size_t m, Result& result);
 

@@ -4,6 +4,7 @@
 
 #include "core/answer.hpp"
 #include "core/global/audit.hpp"
+#include "core/global/over_y.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/starts.hpp"
 #include "core/model/structure_check.hpp"
@@ -83,6 +84,7 @@ Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, 
     prove_local_minmax(
         *models.front(), options, [&] { return !budget.interrupted(); }, answer.best);
   }
+  add_gap(*models.front(), options, budget, answer.best);
   set_seconds(budget, answer.best);
   return answer;
 }
@@ -118,6 +120,7 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
   Budget budget(options, listener_of(observer));
   Result result = solve_from_start(problem, options, budget, budget.observer_of(0), kept);
   audit(problem, options, Witnesses(), budget, result, result.counts);
+  add_gap(problem, options, budget, result);
   return result;
 }
 

@@ -29,16 +29,4 @@ template <class Derived>
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
-/// Whether two points of as many values differ by at most tol max(1, |b|) in infinity norm.
-[[nodiscard]] inline bool same_point(std::span<const double> a, std::span<const double> b,
-                                     double tol) {
-  double distance = 0.0;
-  double size = 1.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    distance = std::max(distance, std::abs(a[i] - b[i]));
-    size = std::max(size, std::abs(b[i]));
-  }
-  return distance <= tol * size;
-}
-
 }  // namespace ipminmax

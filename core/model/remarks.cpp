@@ -171,23 +171,6 @@ std::vector<std::string> split_remarks(const ProblemStructure& s) {
 
 namespace {
 
-/// The row of Max that is violated most at the point, if any is: prices would not help.
-std::string violated_by_max(const ProblemStructure& s, const SolverOptions& options,
-                            const Result& result) {
-  std::size_t worst = 0;
-  double most = options.constr_viol_tol;
-  for (std::size_t j = 0; j < result.constraints.size(); ++j) {
-    const double g = result.constraints[j];
-    const double outside = excess(g, s.constraint_lower[j], s.constraint_upper[j]);
-    if (s.constraint_players[j] == Player::Max && outside > most) most = outside, worst = j;
-  }
-  if (!(most > options.constr_viol_tol)) return {};
-  return "Max's constraints are not met at this x, " +
-         constraint_name(s, static_cast<Index>(worst)) + " by " + number_text(most, 3) +
-         ": no y may satisfy them there. Do they restrict Min instead, or is a variable of "
-         "theirs Max's that should be Min's?";
-}
-
 /// Whether each constraint reads variables of (Min, Max).
 template <class Counts>
 std::vector<std::array<bool, 2>> readers(const ProblemStructure& s, Counts&& counts) {
@@ -218,6 +201,24 @@ std::string at_possible_kink(const ProblemStructure& s) {
 
 }  // namespace
 
+std::string unmet_by_max(const ProblemStructure& s, const SolverOptions& options,
+                         const Result& result) {
+  if (result.status != Status::NoLocalMinmaxFound && result.status != Status::InnerUnbounded)
+    return {};
+  std::size_t worst = 0;
+  double most = options.constr_viol_tol;
+  for (std::size_t j = 0; j < result.constraints.size(); ++j) {
+    const double g = result.constraints[j];
+    const double outside = excess(g, s.constraint_lower[j], s.constraint_upper[j]);
+    if (s.constraint_players[j] == Player::Max && outside > most) most = outside, worst = j;
+  }
+  if (!(most > options.constr_viol_tol)) return {};
+  return "Max's constraints are not met at this x, " +
+         constraint_name(s, static_cast<Index>(worst)) + " by " + number_text(most, 3) +
+         ": no y may satisfy them there. Do they restrict Min instead, or is a variable of "
+         "theirs Max's that should be Min's?";
+}
+
 std::string remedies(const ProblemStructure& s, const SolverOptions& options,
                      const Result& result) {
   const std::size_t n = s.variable_players.size();
@@ -228,7 +229,6 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
   const Shares counts = count(s);
   if (counts.free[0] == 0 || counts.free[1] == 0) return {};
   if (refuted) return at_possible_kink(s);
-  if (std::string empty = violated_by_max(s, options, result); !empty.empty()) return empty;
   std::string text;
   for (const std::string& mistake : split_remarks(s)) text += (text.empty() ? "" : " ") + mistake;
   if (!text.empty()) return text;

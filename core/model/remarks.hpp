@@ -17,6 +17,11 @@ namespace ipminmax {
 /// choice or read what may be states that Max should own. The structure must be valid.
 [[nodiscard]] std::vector<std::string> split_remarks(const ProblemStructure& structure);
 
+/// Where a game ended without a local minmax: Max's constraint that is violated most there, if any
+/// is. No price helps then.
+[[nodiscard]] std::string unmet_by_max(const ProblemStructure& structure,
+                                       const SolverOptions& options, const Result& result);
+
 /// What may help a game that ended without a local minmax, in the user's terms, with what the result
 /// knows: mistakes in who owns what, bounds at which Max stands. Empty: nothing to say, or another
 /// status.

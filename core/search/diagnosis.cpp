@@ -128,7 +128,12 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   const bool has_hessian = problem.structure().has_hessian &&
                            (options.hessian_approximation == HessianApproximation::Unset ||
                             options.hessian_approximation == HessianApproximation::Exact);
-  const std::string help = remedies(problem.structure(), options, result);
+  std::string help = unmet_by_max(problem.structure(), options, result);
+  if (help.empty()) {
+    help = remedies(problem.structure(), options, result);
+  } else {
+    result.message.clear();  // which speaks of kinks
+  }
   AtResult at(problem, &result);
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);

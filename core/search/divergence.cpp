@@ -8,6 +8,7 @@
 #include "core/method/parameters.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/products.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 
@@ -155,11 +156,34 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
          gets_better(canonical, point, drift.matrix(), {y, canonical.variables()});
 }
 
+namespace {
+
+/// Whether L's gradient in y changes from a point to the start's y as its second derivatives say:
+/// what is flat here is flat on all the way.
+bool is_quadratic_in_y(CanonicalProblem& canonical, const Point& from) {
+  const IndexRange y = canonical.y();
+  const auto of_y = [&](const Eigen::VectorXd& v) { return v.segment(y.begin, y.size()).array(); };
+  Eigen::VectorXd way = canonical.starting_point().v - from.iterate.v;
+  way.head(y.begin).setZero();
+  way.tail(way.size() - y.end).setZero();
+  Point there = from;
+  there.iterate.v += way;
+  if (evaluate_first_derivatives(canonical, there) != EvaluationStatus::Ok) return false;
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(way.size());
+  add_hessian_product(canonical, from.evaluation, way, change);
+  const auto terms = of_y(there.evaluation.gradient).abs() + of_y(change).abs();
+  return (of_y(there.dual - from.dual - change).abs() <= parameters::kZero * terms).all();
+}
+
+}  // namespace
+
 bool is_on_plateau(const MethodContext& context, const Point& found, double mu) {
   CanonicalProblem& canonical = context.canonical;
   KktSystem& kkt = context.kkt;
   Point there = found;
-  if (evaluate_derivatives(canonical, there) != EvaluationStatus::Ok) return false;
+  if (evaluate_derivatives(canonical, there) != EvaluationStatus::Ok ||
+      is_quadratic_in_y(canonical, there))
+    return false;
   const Evaluation matrix = there.evaluation;
   kkt.assemble_inner(there.iterate, matrix);
   const Regularization shift{.proximal_y = kkt.proximal_curvature(matrix, parameters::kZero)};

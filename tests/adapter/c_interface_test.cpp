@@ -939,6 +939,40 @@ TEST(CInterface, TheWorstCaseOverAllOfY) {
   EXPECT_EQ(IpminmaxCheckWorstCase(nullptr, x, 5, &found, nullptr, nullptr), 0);
 }
 
+int product_f(int, double* v, int, double* f, void*) {
+  *f = v[0] * v[1];
+  return 1;
+}
+int product_grad(int, double* v, int, double* grad, void*) {
+  grad[0] = v[1];
+  grad[1] = v[0];
+  return 1;
+}
+
+TEST(CInterface, TheDualityGap) {
+  double x_L[] = {-1.0, -1.0}, x_U[] = {1.0, 2.0}, x[] = {0.5, 0.5};
+  const int players[] = {IPMINMAX_MIN, IPMINMAX_MAX};
+  const ProblemPtr problem(IpminmaxCreate(2, x_L, x_U, 0, nullptr, nullptr, 0, 0, IPMINMAX_C_STYLE,
+                                          product_f, nullptr, product_grad, nullptr, nullptr,
+                                          players, nullptr));
+  ASSERT_NE(problem, nullptr);
+  IpminmaxAddIntOption(problem.get(), "print_level", 0);
+  double most = 0.0, least = 0.0;
+  int saddle_point = -1;
+  ASSERT_EQ(IpminmaxFindGap(problem.get(), x, &most, &least, &saddle_point, nullptr), 1)
+      << IpminmaxMessage(problem.get());
+  EXPECT_NEAR(most, 1.0, 1e-6);
+  EXPECT_NEAR(least, -0.5, 1e-6);
+  EXPECT_EQ(saddle_point, 0);
+  x[0] = x[1] = 0.0;
+  ASSERT_EQ(IpminmaxFindGap(problem.get(), x, nullptr, nullptr, &saddle_point, nullptr), 1);
+  EXPECT_EQ(saddle_point, 1);
+  x[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(IpminmaxFindGap(problem.get(), x, &most, &least, nullptr, nullptr), 0);
+  EXPECT_EQ(IpminmaxFindGap(problem.get(), nullptr, &most, &least, nullptr, nullptr), 0);
+  EXPECT_EQ(IpminmaxFindGap(nullptr, x, &most, &least, nullptr, nullptr), 0);
+}
+
 /// min x^2 - x with x y <= 1, x - y <= 9 for every y in [1, 4]: x = 1/4 at y = 4; the other row is
 /// idle.
 int limits_f(int, double* v, int, double* f, void*) {

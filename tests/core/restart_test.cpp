@@ -236,7 +236,8 @@ TEST(RunsToInfinity, AreNoFlatDirections) {
       model.objective(power == 1.0 ? x : pow(x - 0.2, power));
       model.constraint(t - s - x, 0.0, kNoBound);
       AutodiffProblem problem(model, two ? std::vector{0.5, 0.5, 0.1} : std::vector{0.5, 0.5});
-      EXPECT_EQ(solve(problem, {}).status, Status::SolvedDegenerate) << power << two;
+      const Status expected = power == 4.0 ? Status::SolvedDegenerate : Status::Solved;
+      EXPECT_EQ(solve(problem, {}).status, expected) << power << two;
     }
   }
 }

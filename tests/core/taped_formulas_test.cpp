@@ -62,6 +62,37 @@ TEST(Formulas, DerivativesAgreeWithDifferences) {
   }
 }
 
+/// The same with the standard library's names.
+struct Standard {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return std::sin(v[0]) * std::cos(2 * v[1]) + std::exp(v[2]) + std::atan2(v[0], v[1]) +
+           std::pow(v[3], 2) + std::pow(v[4], v[5]) + std::pow(2, v[4]) + std::hypot(3.0, v[5]);
+  }
+};
+struct Own {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return sin(v[0]) * cos(2 * v[1]) + exp(v[2]) + atan2(v[0], v[1]) + pow(v[3], 2) +
+           pow(v[4], v[5]) + pow(T(2.0), v[4]) + hypot(T(3.0), v[5]);
+  }
+};
+
+TEST(Formulas, StandardNamesMeanTheSame) {
+  ModelData data = data_of_everything();
+  data.constraint_lower.clear();
+  data.constraint_upper.clear();
+  AutodiffProblem standard(Standard{}, data);
+  AutodiffProblem own(Own{}, data);
+  std::vector<double> first(9), second(9);
+  ASSERT_TRUE(standard.gradient(data.start, true, first));
+  ASSERT_TRUE(own.gradient(data.start, true, second));
+  EXPECT_EQ(first, second);
+  const std::vector<Plain> plain(data.start.begin(), data.start.end());
+  EXPECT_EQ(Standard{}.objective(std::span<const double>(data.start)),
+            Own{}.objective(std::span<const Plain>(plain)).value());
+}
+
 TEST(Formulas, SparsityIsThatOfTheFormulas) {
   AutodiffProblem problem(Everything{}, data_of_everything());
   const ProblemStructure& s = problem.structure();

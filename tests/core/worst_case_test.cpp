@@ -1,5 +1,6 @@
 // The worst case over all of y: higher branches found, points ranked by them, kinks and runaways
 // told.
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -12,6 +13,7 @@
 
 #include <support/autodiff_problem.hpp>
 
+#include "core/gap.hpp"
 #include "core/global/audit.hpp"
 #include "core/multistart.hpp"
 #include "core/solver.hpp"
@@ -243,6 +245,102 @@ TEST(WorstCase, VerdictDoesNotDependOnUnits) {
     EXPECT_TRUE(check.found.higher) << factor;
     EXPECT_EQ(check.found.competing, 1) << factor;
   }
+}
+
+/// x'Ay over two simplices, in some unit of f and of x and shifted by `rest`.
+Model matrix_game(const std::vector<std::vector<double>>& payoff, double unit = 1.0,
+                  double unit_of_x = 1.0, double rest = 0.0) {
+  Model model;
+  std::vector<Expression> x, y;
+  Expression of_x = 0.0, of_y = 0.0, f = rest;
+  for (std::size_t i = 0; i < payoff.size(); ++i) {
+    x.push_back(unit_of_x * model.variable(kMin, "x", 0.0, 1.0 / unit_of_x));
+    of_x = of_x + x.back();
+  }
+  for (std::size_t j = 0; j < payoff.front().size(); ++j) {
+    y.push_back(model.variable(kMax, "y", 0.0, 1.0));
+    of_y = of_y + y.back();
+    for (std::size_t i = 0; i < payoff.size(); ++i) f = f + payoff[i][j] * x[i] * y[j];
+  }
+  model.objective(unit * f);
+  model.constraint(of_x, 1.0, 1.0);
+  model.constraint(of_y, 1.0, 1.0);
+  return model;
+}
+
+/// Scissors twice: any split of their share is optimal.
+const std::vector<std::vector<double>> kScissorsTwice{
+    {0.0, 1.0, -1.0}, {-1.0, 0.0, 1.0}, {1.0, -1.0, 0.0}, {0.0, 1.0, -1.0}};
+
+TEST(DualityGap, AGameWithManyAnswersIsASaddlePoint) {
+  for (const auto& [unit, unit_of_x, rest] :
+       {std::array{1.0, 1.0, 0.0}, std::array{1e-2, 1.0, 0.0}, std::array{1e6, 1.0, 0.0},
+        std::array{1.0, 1e4, 0.0}, std::array{1.0, 1e-4, 0.0}, std::array{1.0, 1.0, 3.0}}) {
+    AutodiffProblem problem(
+        matrix_game(kScissorsTwice, unit, unit_of_x, rest),
+        {0.25 / unit_of_x, 0.25 / unit_of_x, 0.25 / unit_of_x, 0.25 / unit_of_x, 0.3, 0.3, 0.4});
+    const Result result = solve(problem, {});
+    ASSERT_EQ(result.status, Status::SolvedDegenerate) << unit << " " << result.message;
+    EXPECT_NE(result.message.find("a saddle point"), std::string::npos) << result.message;
+    const DualityGap gap = duality_gap(problem, result.v, {});
+    EXPECT_TRUE(gap.saddle_point) << gap.message;
+    EXPECT_NEAR(gap.most, unit * rest, 1e-6 * unit);
+    EXPECT_NEAR(gap.least, unit * rest, 1e-6 * unit);
+
+    // To scissors alone rock is the best answer, and to paper scissors are.
+    std::vector<double> pure(7, 0.0);
+    pure[0] = 1.0 / unit_of_x;
+    pure[4] = 1.0;
+    const DualityGap wide = duality_gap(problem, pure, {});
+    EXPECT_FALSE(wide.saddle_point);
+    EXPECT_NEAR(wide.most, unit * (rest + 1.0), 1e-5 * unit);
+    EXPECT_NEAR(wide.least, unit * (rest - 1.0), 1e-5 * unit);
+  }
+}
+
+TEST(DualityGap, ThereIsNoneWhereItProvesNothing) {
+  const auto why = [](auto write) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", -2.0, 2.0);
+    const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+    write(model, x, y);
+    AutodiffProblem problem(model, {0.1, 0.1});
+    const DualityGap gap = duality_gap(problem, std::vector{0.1, 0.1}, {});
+    EXPECT_TRUE(std::isnan(gap.size()));
+    EXPECT_FALSE(gap.saddle_point);
+    return gap.message;
+  };
+  using std::string;
+  EXPECT_NE(why([](Model& m, auto& x, auto& y) {
+              m.objective(x * y);
+              m.constraint(x + y, -1.0, 1.0);
+            }).find("both players"),
+            string::npos);
+  EXPECT_NE(why([](Model& m, auto& x, auto& y) {
+              m.objective(x * y);
+              m.constraint(square(x), -1.0, 1.0);
+            }).find("not linear"),
+            string::npos);
+  EXPECT_NE(why([](Model& m, auto& x, auto& y) {
+              m.objective(x * y - square(square(x) - 1.0));
+            }).find("not convex in x"),
+            string::npos)
+      << "as other points show";
+  EXPECT_NE(why([](Model& m, auto& x, auto& y) {
+              m.objective(square(x) + x * y + 0.1 * square(y));
+            }).find("not concave in y"),
+            string::npos);
+  AutodiffProblem problem(two_branches(0.0), {1.0, -1.0});
+  EXPECT_THROW((void)duality_gap(problem, std::vector{1.0}, {}), std::invalid_argument);
+  EXPECT_THROW((void)duality_gap(problem, std::vector{1.0, std::nan("")}, {}),
+               std::invalid_argument);
+}
+
+TEST(DualityGap, ALimitOfTimeLeavesTheAnswer) {
+  AutodiffProblem problem(matrix_game(kScissorsTwice), {0.25, 0.25, 0.25, 0.25, 0.3, 0.3, 0.4});
+  SolverOptions options;
+  options.max_cpu_time = 1e-9;
+  EXPECT_TRUE(std::isnan(duality_gap(problem, std::vector<double>(7, 0.25), options).size()));
 }
 
 TEST(Multistart, WithoutMinVariablesTheLargestMaximumIsBest) {

@@ -1,6 +1,7 @@
 // Games with variables of Max along which nothing changes, or which enter as a sum: K_yy is singular
 // everywhere, and yet there is an inner maximum. They are solved as they are without.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -88,6 +89,9 @@ Eigen::VectorXd of_y(const Map& map, double factor) {
   return column;
 }
 
+/// The game's x, the first of them.
+Eigen::VectorXd of_x(const Map& map, double factor) { return of_y(map, factor).reverse(); }
+
 void add_unread(Map& map, int variables) {
   for (int k = 0; k < variables; ++k) map.add(Player::Max, of_y(map, 0.0), 0.5 + k);
 }
@@ -116,8 +120,46 @@ const Change kChanges[] = {
      }},
 };
 
+const Change kChangesOfX[] = {
+    {"unread", [](Map& map) { map.add(Player::Min, of_x(map, 0.0), 0.5); }},
+    {"three_unread",
+     [](Map& map) {
+       for (int k = 0; k < 3; ++k) map.add(Player::Min, of_x(map, 0.0), 0.5 + k);
+     }},
+    {"unread_far", [](Map& map) { map.add(Player::Min, of_x(map, 0.0), 1e6); }},
+    {"sum",
+     [](Map& map) {
+       map.start.front() -= 0.3;
+       map.add(Player::Min, of_x(map, 1.0), 0.3);
+     }},
+    {"sum_in_other_units",
+     [](Map& map) {
+       map.start.front() -= 0.3;
+       map.add(Player::Min, of_x(map, 1e-5), 3e4);
+     }},
+    {"rotated",
+     [](Map& map) {
+       const double value = map.start.front();
+       map.matrix(0, 0) = std::cos(0.7);
+       map.start.front() = std::cos(0.7) * value;
+       map.add(Player::Min, of_x(map, std::sin(0.7)), std::sin(0.7) * value);
+     }},
+    {"of_both",
+     [](Map& map) {
+       map.add(Player::Min, of_x(map, 1.0), 0.0);
+       map.add(Player::Max, of_y(map, 0.0), 0.5);
+     }},
+};
+
 Index factorizations(const Result& result) {
   return result.counts.factorizations_full + result.counts.factorizations_inner;
+}
+
+bool says_that_x_is_not_unique(const Certificate& certificate) {
+  return std::ranges::any_of(certificate.reasons, [](const CertificateReason& reason) {
+    return reason.kind == CertificateReason::Kind::FlatDirection && reason.player == Player::Min &&
+           reason.text.find("not unique") != std::string::npos;
+  });
 }
 
 class FlatDirections : public ::testing::TestWithParam<Change> {};
@@ -145,6 +187,60 @@ TEST_P(FlatDirections, AreSolvedAsWithout) {
 
 INSTANTIATE_TEST_SUITE_P(Of, FlatDirections, ::testing::ValuesIn(kChanges),
                          [](const auto& change) { return std::string(change.param.name); });
+
+class FlatDirectionsOfX : public ::testing::TestWithParam<Change> {};
+
+TEST_P(FlatDirectionsOfX, AreCertifiedAsWithout) {
+  Index with = 0, without = 0;
+  for (const Game& game : games()) {
+    AutodiffProblem plain(game.model, game.start);
+    const Result expected = solve(plain, SolverOptions{});
+    Map map(plain.structure(), game.start);
+    GetParam().apply(map);
+    MappedProblem flat(plain, map.matrix, map.players, map.start);
+    const Result result = solve(flat, SolverOptions{});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax)
+        << game.name << ": " << result.message;
+    EXPECT_TRUE(says_that_x_is_not_unique(result.certificate)) << game.name;
+    with += factorizations(result);
+    without += factorizations(expected);
+  }
+  std::printf("%s: %d factorizations, %d without\n", GetParam().name, static_cast<int>(with),
+              static_cast<int>(without));
+  EXPECT_LE(with, 2 * without);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, FlatDirectionsOfX, ::testing::ValuesIn(kChangesOfX),
+                         [](const auto& change) { return std::string(change.param.name); });
+
+/// x^2 + x y - y^2 and what it has of w, a variable of Min.
+Certificate beside(Expression (*of_w)(const Expression& x, const Expression& w,
+                                      const Expression& y),
+                   double start) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression w = model.variable(Player::Min, "w");
+  const Expression y = model.variable(Player::Max, "y");
+  model.objective(square(x) + x * y - square(y) + of_w(x, w, y));
+  AutodiffProblem problem(model, {0.7, start, 0.4});
+  return solve(problem, SolverOptions{}).certificate;
+}
+
+TEST(FlatDirectionsOfX, AreThoseThatNothingReads) {
+  using E = const Expression&;
+  for (const double start : {0.0, 0.3}) {
+    for (const auto of_w :
+         {+[](E, E w, E) { return pow(w, 4.0); }, +[](E, E w, E) { return -pow(w, 4.0); },
+          +[](E, E w, E) { return pow(w, 3.0); }, +[](E x, E w, E) { return x * square(w); },
+          +[](E x, E w, E) { return pow(x, 4.0) * w; }, +[](E, E w, E y) { return square(y) * w; },
+          +[](E, E w, E y) { return y * square(w); },
+          +[](E, E w, E) { return exp(-square(4.0 * w)); },
+          +[](E, E w, E) { return exp(-w - 40.0); }}) {
+      const Certificate found = beside(of_w, start);
+      EXPECT_FALSE(says_that_x_is_not_unique(found)) << start;
+    }
+  }
+}
 
 TEST(FlatDirections, OfRowsThatDefineAVariable) {
   // y = p + q as a row of Max, in other units: p and q have no curvature of their own.
@@ -306,6 +402,19 @@ TEST(DependentRows, OfMaxAreAsOne) {
       EXPECT_LE(factorizations(more), 2 * factorizations(once)) << rows;
     }
   }
+}
+
+TEST(DependentRows, OfMaxMayStandBesideAnUnreadVariable) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression y0 = model.variable(Player::Max, "y0"), y1 = model.variable(Player::Max, "y1");
+  static_cast<void>(model.variable(Player::Max, "unread"));
+  model.objective(square(x - 0.3) + x * y0 - square(y0) - square(y1));
+  for (const double factor : {1.0, 2.0})
+    model.constraint(factor * (y0 + 0.5 * y1 + 0.2 * x), 0.1 * factor, 0.1 * factor);
+  AutodiffProblem problem(model, {0.7, 0.4, 0.1, 0.5});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.certificate.answer, InnerAnswer::BestNotUnique) << result.message;
 }
 
 /// x'y + |x|^2 with |y| = 1, or |y| <= 1: max over y is |x| + |x|^2.

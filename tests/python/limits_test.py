@@ -48,8 +48,14 @@ class Limits(unittest.TestCase):
         self.assertLess(slow.calls, 130)
         self.assertIn(result.status, (-4, -5))
 
+    def test_the_value_is_that_of_the_point(self):
+        for limit in (0.02, 0.1, 0.3):
+            result = Slow(6).solve(options={"max_wall_time": limit, "minmax_worst_case_starts": 20})
+            self.assertEqual(result.fun, Slow(6)(result.x, result.y))
+
     def test_no_time_at_all(self):
         result = Slow(2).solve(options={"max_wall_time": 1e-9})
+        self.assertEqual(result.fun, Slow(2)(result.x, result.y))
         self.assertIn("time limit", result.message)
         self.assertIn("UNKNOWN", str(result.certificate.kind))
 
@@ -99,6 +105,28 @@ class Limits(unittest.TestCase):
         self.assertIn("a strict local minmax by itself", late.certificate.reasons[0])
         self.assertAlmostEqual(late.x[0], 0.0, delta=1e-6)
         self.assertNotIn("xception", log.getvalue())
+
+
+    def test_a_limit_after_the_answer(self):
+        """The duality gap is looked for where the answer is known: cut short it takes nothing back."""
+        def solve(late_at, **options):
+            calls = [0]
+
+            def fun(x, y):
+                calls[0] += 1
+                if calls[0] == late_at:
+                    time.sleep(0.6)
+                return (x[0] - 1.0) ** 2 + x[0] * y[0]  # nothing reads x[1]
+
+            return minimize_minmax(fun, [0.2, 3.0], [0.3], bounds_x=(-5.0, 5.0), bounds_y=(-1.0, 1.0),
+                                   check_derivatives=False, options=options), calls[0]
+
+        result, calls = solve(None)
+        self.assertIn("duality gap", result.message)
+        late, _ = solve(calls - 100, max_wall_time=0.5)
+        self.assertTrue(late.success, late.message)
+        self.assertNotIn("duality gap", late.message)
+        self.assertAlmostEqual(late.fun, 0.75, delta=1e-6)
 
 
 class Interrupt(unittest.TestCase):

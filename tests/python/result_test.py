@@ -70,11 +70,36 @@ class Shape(unittest.TestCase):
                 LinearConstraint(A_y=np.ones((1, 3)), lb=1.0, ub=1.0)]
         result = minimize_minmax(lambda x, y: x @ payoff @ y, np.full(4, 0.25), np.full(3, 1.0 / 3.0),
                                  bounds_x=(0.0, 1.0), bounds_y=(0.0, 1.0), constraints=rows)
-        self.assertAlmostEqual(result.gap(), 0.0, delta=1e-6)
+        self.assertAlmostEqual(result.gap, 0.0, delta=1e-6)
+        self.assertIn("a saddle point, perhaps one of several", result.message)
         self.assertAlmostEqual(result.problem.gap([1.0, 0, 0, 0, 1.0, 0, 0]), 2.0, delta=1e-6)
-        both = minimize_minmax(game, [1.0], [0.3], constraints=Constraint(lambda x, y: x[0] + y[0], ub=9.0))
-        with self.assertRaisesRegex(ValueError, "both players"):
-            both.gap()
+        with self.assertRaisesRegex(ValueError, "v"):
+            result.problem.gap([1.0, 0.0])
+
+    def test_a_gap_is_not_looked_for_inside_a_solve(self):
+        class Inside(ipminmax.Problem):
+            def objective(self, v):
+                self.gap(v)
+                return v[0] ** 2 - v[1] ** 2
+
+            def gradient(self, v):
+                return np.array([2.0 * v[0], -2.0 * v[1]])
+
+        for ask in (lambda problem: problem.gap([1.0, 1.0]), lambda problem: problem.solve([1.0, 1.0])):
+            with self.assertRaisesRegex(RuntimeError, "being solved"):
+                ask(Inside(2, 0, players=[0, 1]))
+
+    def test_where_there_is_no_gap(self):
+        for why, fun, constraints in (
+                ("both players", game, Constraint(lambda x, y: x[0] + y[0], ub=9.0)),
+                ("not linear", game, Constraint(lambda x, y: x[0] ** 2, ub=9.0)),
+                ("not concave in y", lambda x, y: x[0] ** 2 + x[0] * y[0] - (y[0] ** 2 - 1.0) ** 2, ()),
+                ("not convex in x", lambda x, y: (x[0] ** 2 - 1.0) ** 2 + x[0] * y[0] - y[0] ** 2, ())):
+            result = minimize_minmax(fun, [0.1], [0.1], bounds_x=(-2.0, 2.0), bounds_y=(-2.0, 2.0),
+                                     constraints=constraints)
+            self.assertTrue(np.isnan(result.gap))
+            with self.assertRaisesRegex(ValueError, why):
+                result.problem.gap([0.0, 0.0])
 
     def test_there_is_always_a_certificate(self):
         def undefined(x, y):

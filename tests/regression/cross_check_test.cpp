@@ -135,6 +135,9 @@ TEST_P(HockSchittkowski, MultipliersAgreeWherePointsDo) {
       check_.difference.point > 1e-6) {
     return;
   }
+  for (const CertificateReason& reason : ours_.certificate.reasons) {
+    if (reason.kind == CertificateReason::Kind::FlatDirection) return;  // one of many points
+  }
   constexpr double kTolerance = 1e-4;
   EXPECT_LE(check_.difference.lambda, kTolerance) << check_.report();
   EXPECT_LE(check_.difference.z_lower, kTolerance) << check_.report();

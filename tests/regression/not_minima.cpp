@@ -367,7 +367,7 @@ IllPosed disk_of_radius_zero() {
 
 // Everything is a minimum.
 IllPosed constant_objective() {
-  IllPosed p{.name = "constant_objective", .start = {1.0}, .verdicts = {Status::SolvedDegenerate}};
+  IllPosed p{.name = "constant_objective", .start = {1.0}, .verdicts = {Status::Solved}};
   p.model.variable(kMin, "x");
   p.model.objective(7.0);
   return p;
@@ -375,8 +375,7 @@ IllPosed constant_objective() {
 
 // A valley floor of minima.
 IllPosed singular_quadratic() {
-  IllPosed p{
-      .name = "singular_quadratic", .start = {1.0, 2.0}, .verdicts = {Status::SolvedDegenerate}};
+  IllPosed p{.name = "singular_quadratic", .start = {1.0, 2.0}, .verdicts = {Status::Solved}};
   const auto [x0, x1] = two_variables(p.model);
   p.model.objective(square(x0 + x1));
   return p;

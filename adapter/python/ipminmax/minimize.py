@@ -12,7 +12,8 @@ import numpy.typing as npt
 from . import _core
 from .certificate import Certificate
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
-from .differences import Box, Derivative, DerivativeWarning, LimitReached, Vector, check_given
+from .differences import (Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector,
+                          check_given)
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
 from .report import showing
@@ -425,6 +426,17 @@ def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Ve
     return v, info
 
 
+def _value_at(game: _Game, v: Vector, value: float) -> float:
+    """fun there, where a limit of time or Ctrl-C came before its last call."""
+    if np.isfinite(value):
+        return value
+    game.clock = _Clock({})
+    try:
+        return game.objective(v)
+    except (EvaluationError, ArithmeticError, KeyboardInterrupt):
+        return np.nan
+
+
 def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, Any]) -> MinmaxResult:
     at = np.cumsum([0] + [row.size for row in game.rows])
 
@@ -450,7 +462,7 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
             f": fun = {worst['value']:.9g} there" if worst["value"] is not None else ""))
     statistics = info["statistics"]
     return MinmaxResult(
-        x=v[:game.nx], y=v[game.nx:], fun=info["obj_val"],
+        x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, info["obj_val"]),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
         message="; ".join(message + game.notes), certificate=info["certificate"], worst_case=worst,
         worst_cases=[worst_case(found) for found in info["worst_cases"]],

@@ -308,11 +308,15 @@ class Problem:
                  ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
         if given[0].size != self.n:
             raise ValueError(f"x must have {self.n} entries, not {given[0].size}")
-        if self._solving or core.solving:
+        return self._alone(lambda: self._solve_from(core, given, again))
+
+    def _alone(self, solve: Any) -> Any:
+        """What a solve returns that is not called inside another one."""
+        if self._solving or self._core.solving:
             raise RuntimeError("the problem is being solved: no solve inside its own functions")
         self._solving = True
         try:
-            return self._solve_from(core, given, again)
+            return solve()
         finally:
             self._solving = False
 
@@ -372,27 +376,15 @@ class Problem:
         return _Rows(rows, cols, values, self.m)
 
     def gap(self, v: npt.ArrayLike) -> float:
-        """The largest objective over the maximizer's variables less the least one over the minimizer's,
-        the other player's held at v, by two solves from v. Where the objective is convex in the
-        minimizer's variables and concave in the maximizer's and constraints are linear, the value of
-        the game is within the gap of that at v: near 0 it proves a saddle point, also over all y,
-        whether or not it is the only one. NaN: a solve did not succeed. ValueError: a constraint reads
-        variables of both. sensitivity() then speaks of the last of these solves."""
-        at, is_max = to_floats(v, "v").ravel(), self._players == MAX
-        rows, cols = self._jacobian_places
-        reads = [np.isin(np.arange(self.m), rows[is_max[cols] == side]) for side in (False, True)]
-        if np.any(reads[0] & reads[1]):
-            raise ValueError("there is no gap: a constraint reads variables of both players")
-        own, values = self._bounds, []
-        for held, idle in zip((~is_max, is_max), reads):  # constraints of what is held are constants
-            self.set_bounds(np.where(held, at, own[0]), np.where(held, at, own[1]),
-                            np.where(idle, -1e20, own[2]), np.where(idle, 1e20, own[3]))
-            try:
-                info = self.solve(at)[1]
-            finally:
-                self.set_bounds(*own)
-            values.append(info["obj_val"] if info["status"] in _SUCCESS else np.nan)
-        return float(values[0] - values[1])
+        """The duality gap at v: the largest objective over the maximizer's variables less the least one
+        over the minimizer's, the other player's held at v, by two solves from there. The value of the
+        game lies between the two: 0 proves a saddle point, over all of both, whether or not it is the
+        only one. ValueError says why there is none: a constraint that is not linear or reads variables
+        of both players, an objective that is not convex in the minimizer's variables and concave in
+        the maximizer's, as far as second derivatives show, a solve that failed."""
+        core, point = self._core, to_floats(v, "v").ravel()
+        most, least = self._alone(lambda: core.gap(point))
+        return float(most - least)
 
     def get_current_iterate(self) -> Optional[Dict[str, Any]]:
         """Inside intermediate: dict with x, mult_x_L, mult_x_U (n), g, mult_g (m); None elsewhere."""

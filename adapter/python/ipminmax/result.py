@@ -75,11 +75,14 @@ class MinmaxResult:
     info: Dict[str, Any] = field(default_factory=dict)  #: of Problem.solve
     problem: Optional[Problem] = None  #: for sensitivity() and solve_again()
 
+    @property
     def gap(self) -> float:
-        """Returns Problem.gap at (x, y). Near 0 it proves a saddle point of a game convex in x, concave in y."""
-        if self.problem is None:
-            raise ValueError("a result without its problem has no gap")
-        return self.problem.gap(np.concatenate([self.x, self.y]))
+        """Returns Problem.gap at (x, y), by two solves at each call. 0 proves a saddle point; NaN: there is
+        no gap, and Problem.gap says why."""
+        try:
+            return np.nan if self.problem is None else self.problem.gap(np.concatenate([self.x, self.y]))
+        except ValueError:
+            return np.nan
 
     def __getitem__(self, key: str) -> Any:
         if key not in self.keys():
