@@ -521,6 +521,16 @@ std::vector<std::vector<double>> Witnesses::starts() const {
 
 namespace {
 
+/// Every function has its proof, and none says that there is no y.
+void audit_proofs(Result& result) {
+  SearchOverY& y = result.over_y;
+  if (std::ssize(y.proofs) < y.functions) y.finished = false;
+  const auto empty = std::ranges::find(y.proofs, true, &WorstCaseProof::empty);
+  if (empty == y.proofs.end() || !is_success(result.status)) return;
+  result.status = Status::InnerInfeasible;
+  result.message = std::string(name_of(result.status)) + ": " + empty->message;
+}
+
 void judge(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
            std::optional<Status> cut, Result& result, Counts& counts) {
   look_at_witnesses(model, options, witnesses, result, counts);
@@ -539,6 +549,7 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
     result.message =
         std::string(name_of(result.status)) + ": f rises with y beside the point, y is no maximum";
   }
+  if (options.minmax_worst_case_proof) audit_proofs(result);
   const bool stopped = cut == Status::UserStop || cut == Status::OutOfMemory;
   const bool unfinished = !y.finished || result.over_x.made < result.over_x.asked;
   const bool was_cut = cut && (stopped || unfinished);

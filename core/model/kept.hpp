@@ -14,9 +14,8 @@ class Kept : public Arrays {
 
  protected:
   /// owner: null for none.
-  explicit Kept(Arrays* owner) : owner_(owner) {
-    if (owner_ != nullptr) static_cast<Arrays&>(*this) = std::move(*owner_);
-  }
+  explicit Kept(Arrays* owner)
+      : Arrays(owner != nullptr ? std::move(*owner) : Arrays()), owner_(owner) {}
   ~Kept() {
     if (owner_ != nullptr) *owner_ = std::move(static_cast<Arrays&>(*this));
   }

@@ -321,7 +321,10 @@ class GridJudge {
         tolerances_(*known.problem, rewriting, result, options),
         over_y_(options.minmax_epigraph || options.minmax_worst_case_starts > 0),
         epigraph_(options.minmax_epigraph),
-        certified_(result.certificate.kind == PointKind::LocalMinmax) {
+        certified_(result.certificate.kind == PointKind::LocalMinmax),
+        is_unique_(std::ranges::none_of(result.certificate.reasons, [](const auto& reason) {
+          return reason.text.starts_with("x is best but not unique");
+        })) {
     is_relaxed_ = std::ranges::any_of(result.certificate.reasons, [](const auto& reason) {
       return reason.kind == CertificateReason::Kind::Relaxed;
     });
@@ -491,7 +494,7 @@ class GridJudge {
                 say("x0 = %.6g is no minimum, %.6g gives %.3g less", v_[0], w[0], gain));
           return;
         }
-        if (known_.directions && std::abs(gain) <= 1e-13 * (1.0 + std::abs(here))) {
+        if (known_.directions && is_unique_ && std::abs(gain) <= 1e-13 * (1.0 + std::abs(here))) {
           blame(false, say("x0 = %.6g is no strict minimum, %.6g is as good", v_[0], w[0]));
           return;
         }
@@ -530,6 +533,7 @@ class GridJudge {
   Tolerances tolerances_;
   double f_range_ = 0.0;
   bool over_y_, epigraph_, certified_, is_relaxed_ = false;
+  bool is_unique_;  ///< x, as the certificate says
   Judgement judgement_;
 };
 

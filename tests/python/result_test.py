@@ -71,7 +71,10 @@ class Shape(unittest.TestCase):
         result = minimize_minmax(lambda x, y: x @ payoff @ y, np.full(4, 0.25), np.full(3, 1.0 / 3.0),
                                  bounds_x=(0.0, 1.0), bounds_y=(0.0, 1.0), constraints=rows)
         self.assertAlmostEqual(result.gap, 0.0, delta=1e-6)
-        self.assertIn("a saddle point, perhaps one of several", result.message)
+        self.assertIn("x is best but not unique", str(result.certificate.reasons))
+        flat = minimize_minmax(lambda x, y: x[0] ** 4 - y[0] ** 4, [0.5], [0.4], bounds_x=(-2.0, 2.0),
+                               bounds_y=(-2.0, 2.0))
+        self.assertIn("a saddle point, perhaps one of several", flat.message)
         self.assertAlmostEqual(result.problem.gap([1.0, 0, 0, 0, 1.0, 0, 0]), 2.0, delta=1e-6)
         with self.assertRaisesRegex(ValueError, "v"):
             result.problem.gap([1.0, 0.0])
