@@ -65,29 +65,7 @@ StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
   static_cast<void>(has_max() ? minmax_step(run) : outer_step(run));
   // A step that fails may have come some way.
   run.report.moved = run.here == &to;
-  if (!has_max() && run.report.moved && !run.report.failure) renew_multipliers(run.to);
   return std::move(run.report);
-}
-
-/// Where a minimization's Jacobian nearly loses rank its multipliers can run away, W with them, the
-/// shift that this takes, and with that the next step of the multipliers: least squares bring them
-/// back.
-void GlobalizedMethod::renew_multipliers(Point& point) {
-  const double before = max_norm(point.dual);
-  if (canonical_.constraints() == 0 ||
-      !(before > parameters::kRunaway * std::max(1.0, max_norm(point.evaluation.gradient)))) {
-    return;
-  }
-  Eigen::VectorXd lambda = point.iterate.lambda;
-  if (!kkt_.least_squares_multipliers(point.iterate, point.evaluation, lambda)) return;
-  std::swap(lambda, point.iterate.lambda);
-  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
-  if (max_norm(point.dual) <= parameters::kSmall * before &&
-      evaluate_second_derivatives(canonical_, point) == EvaluationStatus::Ok) {
-    return;
-  }
-  std::swap(lambda, point.iterate.lambda);
-  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
 }
 
 double GlobalizedMethod::inner_target(const Point& point, double mu) const {

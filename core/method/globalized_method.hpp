@@ -82,7 +82,6 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
 
   // Each either moves, or gives a reason to end the search, or neither (false).
   [[nodiscard]] bool minmax_step(Run& run);
-  void renew_multipliers(Point& point);
   [[nodiscard]] bool contracts(double before, double after);
   [[nodiscard]] Accuracy forcing(double error) const;
   [[nodiscard]] bool fast_step(Run& run);

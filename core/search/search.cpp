@@ -125,9 +125,8 @@ SearchOutcome Search::after_failed_step() {
   if (const auto exceeded = context_.limit.exceeded()) return ended(*exceeded);
   // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough, at the
   // best point if not where the last restoration ended.
-  const bool stuck = step_.failure == Status::TinyStep ||
-                     step_.failure == Status::RestorationFailed ||
-                     step_.failure == Status::InertiaCorrectionFailed;
+  const bool stuck =
+      step_.failure == Status::TinyStep || step_.failure == Status::RestorationFailed;
   const bool enough = stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution;
   if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point())) {
     arrays_.point = arrays_.best.point();

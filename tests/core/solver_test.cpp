@@ -507,32 +507,6 @@ TEST(SolveStatus, EveryStatusHasItsOwnName) {
   }
 }
 
-TEST(WarmStart, MultipliersThatHaveRunAwayAreRenewed) {
-  Model model;
-  const auto x = model.variable(Player::Min, "x");
-  const auto y = model.variable(Player::Min, "y");
-  model.objective(square(x - 1.0) + square(y));
-  model.constraint(square(x) + square(y), 1.0, 1.0);
-  AutodiffProblem problem(model, {3.0, 2.0});
-  const auto iterations_from = [&](double lambda) {
-    Result start;
-    start.v = {3.0, 2.0};
-    start.lambda = {lambda};
-    start.z_lower = start.z_upper = {0.0, 0.0};
-    StartedProblem started(problem, start);
-    SolverOptions options;
-    options.warm_start_init_point = true;
-    options.warm_start_mult_init_max = 1e30;
-    const Result result = solve(started, options);
-    EXPECT_EQ(result.status, Status::Solved) << lambda;
-    return result.iterations;
-  };
-  const Index usual = iterations_from(0.0);
-  for (const double lambda : {1e13, 1e15, 1e18}) {
-    EXPECT_LE(iterations_from(lambda), usual + 2) << lambda;  // 6 more where they stay
-  }
-}
-
 // A worst-case design over two scenarios: each pair of inequalities fixes an x2 to within the
 // relaxation of the bounds, so that no interior is left and the pair's multipliers begin at mu over
 // that.
