@@ -48,7 +48,8 @@ constexpr double kSameHeight = 1e-9;
 void turn_to_objective(double t, WorstCaseProof& proof) {
   proof.constraint = -1;
   if (!proof.v.empty()) proof.v.pop_back();
-  if (!proof.complete || proof.empty) {
+  if (proof.empty) return;
+  if (!proof.complete) {
     proof.message = "of f less its worst case " + proof.message;
     return;
   }

@@ -126,6 +126,35 @@ TEST(Proof, ThereMayBeNoY) {
   EXPECT_TRUE(proof.complete);
 }
 
+/// Max's row is y^2, and is small.
+struct Square {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return square(v[0] - 1.0) + 0.1 * v[0] * v[1];
+  }
+  template <class T>
+  void constraints(std::span<const T> v, std::span<T> g) const {
+    g[0] = 1e-6 * square(v[1]);
+  }
+};
+
+TEST(Proof, NoSuccessStandsBesideAProofThatThereIsNoY) {
+  for (const bool epigraph : {false, true}) {
+    auto problem = over_box(Square{}, {-1.0}, {1.0},
+                            {.players = {},
+                             .start = {0.3, 0.2},
+                             .constraint_lower = {-kNone},
+                             .constraint_upper = {-8e-9},
+                             .constraint_players = {Player::Max}});
+    SolverOptions options;
+    options.minmax_worst_case_proof = true;
+    options.minmax_epigraph = epigraph;
+    const Result result = solve(problem, options);
+    EXPECT_FALSE(is_success(result.status)) << epigraph << ": " << result.message;
+    EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax) << epigraph;
+  }
+}
+
 /// A gain x whose response is good but for one narrow resonance: eight starts see none of it.
 struct Resonance {
   template <class T>
