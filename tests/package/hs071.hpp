@@ -29,8 +29,8 @@ class HS071 : public Ipopt::TNLP {
     return true;
   }
 
-  bool get_starting_point(Index /*n*/, bool /*init_x*/, Number* x, bool /*init_z*/,
-                          Number* /*z_L*/, Number* /*z_U*/, Index /*m*/, bool /*init_lambda*/,
+  bool get_starting_point(Index /*n*/, bool /*init_x*/, Number* x, bool /*init_z*/, Number* /*z_L*/,
+                          Number* /*z_U*/, Index /*m*/, bool /*init_lambda*/,
                           Number* /*lambda*/) override {
     x[0] = x[3] = 1.0;
     x[1] = x[2] = 5.0;
@@ -60,8 +60,8 @@ class HS071 : public Ipopt::TNLP {
     return true;
   }
 
-  bool eval_jac_g(Index n, const Number* x, bool /*new_x*/, Index m, Index /*nele_jac*/,
-                  Index* row, Index* col, Number* values) override {
+  bool eval_jac_g(Index n, const Number* x, bool /*new_x*/, Index m, Index /*nele_jac*/, Index* row,
+                  Index* col, Number* values) override {
     for (Index i = 0; i < m; ++i) {
       for (Index j = 0; j < n; ++j) {
         if (values == nullptr) {  // the structure is asked for
