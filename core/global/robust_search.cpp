@@ -197,6 +197,8 @@ Result RobustSearch::solve_from(const Place& first) {
     restarts_ = true;
     static_cast<void>(rounds(Y::Moving));
   }
+  if (work_.over_y.solves == 0)  // cut short before it began
+    answer_ = without_point(budget_.interrupted().value_or(Status::MaxIterations), "");
   answer_.iterations = work_.iterations;
   answer_.factorizations = work_.factorizations;
   answer_.counts = work_.counts;

@@ -238,6 +238,18 @@ TEST(RobustConstraint, CornersOfTheBoxOutsideOfASimplexAreNoCornersWithoutAValue
   EXPECT_NEAR(result.v[0], 2.0 / 3.0, 1e-6);
 }
 
+TEST(RobustConstraint, ALimitThatIsOverAtOnceIsNamed) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - 3.0));
+  model.constraint(x + y, -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.5, 0.3});
+  SolverOptions options;
+  options.max_wall_time = 1e-9;
+  EXPECT_EQ(solve(problem, options).status, Status::MaxWallTime);
+}
+
 TEST(RobustConstraint, OverNoYAtAllSaysThatMaxsConstraintsCannotBeMet) {
   Model model;
   const Expression x = model.variable(kMin, "x");
