@@ -27,8 +27,8 @@ constexpr Index kMostStartsOfRows = parameters::kPlenty;
 constexpr double kUnseenShare = parameters::kSmall;
 /// Of the range of values: what the next maximum may have more where those found are equal.
 constexpr double kMore = parameters::kSmall;
-/// Searches after which a row is not looked at any longer whose maxima, less than half as many, stay
-/// that share of its range below the limit: of 9,000 more in 250 random programs none exceeded it.
+/// Searches after which a row is not looked at any longer whose maxima, less than half as many,
+/// stay that share of its range below the limit: of 9,000 more in 250 random programs none exceeded it.
 constexpr Index kLooksFromAfar = 3;
 constexpr double kFarFromLimit = 0.25;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
@@ -114,7 +114,7 @@ class MaximizationOverY {
     const std::vector<std::size_t> boxed = boxed_variables(s, options_);
     std::vector<double> v = starting_values(inner_);
     if (v.empty() || boxed.empty() || boxed.size() > kMostHeld || has_inequality(s)) return {};
-    if (equations(s) > free_.size() - boxed.size()) return {};  // they restrict these, too
+    if (count_equations(s) > free_.size() - boxed.size()) return {};  // they restrict these, too
     held_ = boxed;
     std::optional<Result> best;
     for (std::size_t corner = 0; corner < (std::size_t{1} << boxed.size()); ++corner) {
@@ -160,7 +160,7 @@ class MaximizationOverY {
   /// Whether single variables lead up from points of Y, which equations leave at once: of few all
   /// corners are known.
   [[nodiscard]] bool can_climb() const {
-    return limit_ && !found_.maxima.empty() && !has_equation(inner_.structure()) &&
+    return limit_ && !found_.maxima.empty() && count_equations(inner_.structure()) == 0 &&
            boxed_variables(inner_.structure(), options_).size() > kMostHeld;
   }
 
@@ -172,13 +172,6 @@ class MaximizationOverY {
       if (bounded && s.constraint_lower[j] < s.constraint_upper[j]) return true;
     }
     return false;
-  }
-
-  [[nodiscard]] static std::size_t equations(const ProblemStructure& s) {
-    std::size_t count = 0;
-    for (std::size_t j = 0; j < s.constraint_lower.size(); ++j)
-      count += s.constraint_lower[j] == s.constraint_upper[j] ? 1U : 0U;
-    return count;
   }
 
   [[nodiscard]] Result solve_held(Held held) {

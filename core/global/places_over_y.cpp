@@ -126,11 +126,11 @@ std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
   return boxed;
 }
 
-bool has_equation(const ProblemStructure& structure) {
-  for (std::size_t j = 0; j < structure.constraint_lower.size(); ++j) {
-    if (structure.constraint_lower[j] == structure.constraint_upper[j]) return true;
-  }
-  return false;
+std::size_t count_equations(const ProblemStructure& structure) {
+  std::size_t count = 0;
+  for (std::size_t j = 0; j < structure.constraint_lower.size(); ++j)
+    count += structure.constraint_lower[j] == structure.constraint_upper[j] ? 1U : 0U;
+  return count;
 }
 
 std::optional<std::vector<double>> corner_in_step(const ProblemStructure& structure,
@@ -138,7 +138,7 @@ std::optional<std::vector<double>> corner_in_step(const ProblemStructure& struct
                                                   std::vector<double> v, Index number) {
   constexpr Index kCorners = 4;
   const std::vector<std::size_t> boxed = boxed_variables(structure, options);
-  if (number > kCorners || boxed.empty() || !has_equation(structure)) return {};
+  if (number > kCorners || boxed.empty() || count_equations(structure) == 0) return {};
   const std::size_t step = number > 2 ? 1 : 0;
   for (std::size_t k = 0; k < boxed.size(); ++k) {
     const bool upper = (at(number - 1) + k * step) % 2 == 1;

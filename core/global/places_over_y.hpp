@@ -20,8 +20,7 @@ namespace ipminmax {
 [[nodiscard]] std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
                                                        const SolverOptions& options);
 
-/// Whether variables follow others by equations, as states do disturbances.
-[[nodiscard]] bool has_equation(const ProblemStructure& structure);
+[[nodiscard]] std::size_t count_equations(const ProblemStructure& structure);
 
 /// Where variables follow others by equations: v with these all at their lower bounds, all at their
 /// upper ones, and in turn, as number is 1 to 4. Along a trajectory random disturbances cancel;
