@@ -140,7 +140,11 @@ struct ActiveSetNewton {
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const double own = relaxation_of(canonical, i, side, c.options);
       if (!system.is_fixed(i)) {
-        if (distance <= 2.0 * own) outside[i] = own;
+        if (distance > 2.0 * own) return;
+        outside[i] = own;
+        // Beyond its model's bound an answer that is not unique counts for nothing.
+        const bool of_max = canonical.owned_by_max(i) && set[i] == BoundClass::Inactive;
+        decides = decides || (of_max && curvature[i] == 0.0);
       } else if (set.side_of(i) == side) {
         back[i] = -side * own;
         decides = decides || curvature[i] == 0.0;

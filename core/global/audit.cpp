@@ -345,34 +345,60 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
   return false;
 }
 
+/// The constraints at the model's start, or those given where they are undefined there.
+std::vector<double> rows_at_start(Problem& model, const std::vector<double>& given,
+                                  Counts& counts) {
+  std::vector<double> rows = given;
+  ++counts.constraints;
+  const auto start = model_start(model);
+  return start && model.constraints(*start, true, rows) ? rows : given;
+}
+
 /// Says so where f would change by what counts as variables and constraints go back to bounds that
-/// were relaxed: a large bound is moved by much beside the range of a small variable.
+/// were relaxed: a large bound is moved by much beside the range of a small variable. And where a
+/// row is violated by what counts beside its change from the start.
 void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& result,
                          Counts& counts) {
   using enum CertificateReason::Kind;
-  const double counts_from = std::max(1e-3 * std::abs(result.objective), options.tol);
+  constexpr double kCounts = 1e-3;  // share of a value, or of a row's change
+  const double counts_from = std::max(kCounts * std::abs(result.objective), options.tol);
   const ProblemStructure& s = model.structure();
   std::vector<CertificateReason>& reasons = result.certificate.reasons;
   if (!is_success(result.status) ||
       std::ranges::find(reasons, Relaxed, &CertificateReason::kind) != reasons.end()) {
     return;
   }
-  const auto add = [&](Player player, const std::string& name, double change) -> auto& {
+  const auto add = [&](Player player, const std::string& name, const std::string& effect) -> auto& {
     return reasons.emplace_back(
         CertificateReason{.kind = Relaxed,
                           .player = player,
-                          .text = "relaxed: bound_relax_factor moved a bound of " + name +
-                                  ", which changes f by about " + number_text(change, 2),
+                          .text = "relaxed: bound_relax_factor moved a bound of " + name + effect,
                           .variables = {},
                           .constraints = {}});
   };
+  const auto changes_f_by = [](double change) {
+    return ", which changes f by about " + number_text(change, 2);
+  };
+  std::vector<double> at_start;
   for (std::size_t j = 0; j < std::min(result.constraints.size(), result.lambda.size()); ++j) {
-    const double change =
-        excess(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]) *
-        std::abs(result.lambda[j]);
+    const double beyond =
+        excess(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]);
     const auto row = static_cast<Index>(j);
-    if (!(change > counts_from)) continue;
-    return add(s.constraint_players[j], constraint_name(s, row), change).constraints.push_back(row);
+    const double change = beyond * std::abs(result.lambda[j]);
+    if (change > counts_from) {
+      return add(s.constraint_players[j], constraint_name(s, row), changes_f_by(change))
+          .constraints.push_back(row);
+    }
+    // A multiplier of zero says nothing of how far the row is violated.
+    if (!(beyond > 0.0) || s.constraint_lower[j] == s.constraint_upper[j]) continue;
+    if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
+    const double share = beyond / std::abs(at_start[j] - result.constraints[j]);
+    if (share > kCounts && std::isfinite(share)) {
+      return add(s.constraint_players[j], constraint_name(s, row),
+                 ", which is violated by " + number_text(share, 2) +
+                     " of its change from the start")
+          .constraints.push_back(row);
+    }
   }
   std::vector<double> gradient;
   for (std::size_t i = 0; i < result.v.size(); ++i) {
@@ -388,7 +414,7 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
                                                 std::abs(result.z_upper[i])});
     const auto variable = static_cast<Index>(i);
     if (!(change > counts_from)) continue;
-    return add(s.variable_players[i], variable_name(s, variable), change)
+    return add(s.variable_players[i], variable_name(s, variable), changes_f_by(change))
         .variables.push_back(variable);
   }
 }
@@ -463,6 +489,7 @@ std::string describe_y(const ProblemStructure& s, Index constraint, const std::v
 
 double change_with_x(Problem& model, const std::vector<double>& v, const std::vector<double>& other,
                      double tol) {
+  constexpr double kLeastAccurate = 1e-4;  // of x's sizes, where f is small beside the tolerance
   const ProblemStructure& s = model.structure();
   std::vector<double> at_v(v.size()), at_other(v.size());
   if (!model.gradient(v, true, at_v) || !model.gradient(other, true, at_other)) return 0.0;
@@ -472,9 +499,11 @@ double change_with_x(Problem& model, const std::vector<double>& v, const std::ve
   double change = 0.0;
   for (std::size_t i = 0; i < v.size(); ++i) {
     if (s.variable_players[i] == Player::Min)
-      change += std::abs(at_v[i] - at_other[i]) * tol * sizes.of(i);
+      change += std::abs(at_v[i] - at_other[i]) * sizes.of(i);
   }
-  return std::isfinite(change) ? change : 0.0;
+  // tol is absolute in f: x is as accurate as that allows.
+  const double accuracy = std::clamp(tol / change, tol, std::max(tol, kLeastAccurate));
+  return change > 0.0 && std::isfinite(change) ? accuracy * change : 0.0;
 }
 
 Witnesses::Witnesses(const ProblemStructure& structure) {

@@ -263,5 +263,37 @@ TEST(Audit, RowsThatCannotBeMetAreNamedInAnyUnits) {
   }
 }
 
+TEST(Audit, ARowThatOnlyItsRelaxationCanMeetIsNamed) {
+  // x0^2 + x1^2 + least <= 0 has no solution, and its multiplier is zero where it is met best.
+  for (const auto& [unit, least] : {std::pair{1e-6, 0.008}, {1e-7, 0.09}, {1e-8, 0.7}}) {
+    Model model;
+    const Expression x0 = model.variable(kMin, "x0", -9.0, 9.0);
+    const Expression x1 = model.variable(kMin, "x1", -9.0, 9.0);
+    model.objective(square(x0) + square(x1));
+    model.constraint(unit * (square(x0) + square(x1) + least), -kNoBound, 0.0, kMin);
+    AutodiffProblem problem(model, {0.1, 0.3});
+    const Result result = solve(problem, {});
+    const bool is_named =
+        std::ranges::any_of(result.certificate.reasons, [](const CertificateReason& reason) {
+          return reason.kind == CertificateReason::Kind::Relaxed;
+        });
+    EXPECT_TRUE(is_named || !is_success(result.status)) << unit << ": " << result.message;
+  }
+}
+
+TEST(Audit, AnAnswerIsAsAccurateAsTheToleranceInSmallUnits) {
+  // Matching pennies: at p = 1/2 all q are as good, a little beside it a vertex is better.
+  for (const double unit : {1.0, 1e-2, 1e-4, 1e-5}) {
+    Model model;
+    const Expression p = model.variable(kMin, "p", 0.0, 1.0);
+    const Expression q = model.variable(kMax, "q", 0.0, 1.0);
+    model.objective(unit * (2.0 * p - 1.0) * (2.0 * q - 1.0));
+    AutodiffProblem problem(model, {0.51, 0.5});
+    SolverOptions options;
+    options.minmax_worst_case_starts = 8;
+    expect_certified(solve(problem, options), std::to_string(unit));
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax

@@ -345,6 +345,25 @@ TEST(RelaxedBounds, DoNotDecideBetweenAnswersThatAreAsGood) {
   EXPECT_EQ(solve_game({{0, 1}, {-2, -2}, {0, 0}}).certificate.kind, PointKind::LocalMinmax);
 }
 
+TEST(RelaxedBounds, DoNotDecideInOtherUnits) {
+  // Every p is as good: against the first q both rows pay 2.
+  for (const auto& [unit, factor] :
+       {std::pair{1.0, 1.0}, {0.01, 1e-3}, {1e-4, 1e-3}, {10.0, 0.01}}) {
+    Model model;
+    const Expression p0 = model.variable(kMin, "p0", 0.0, unit) / unit;
+    const Expression p1 = model.variable(kMin, "p1", 0.0, unit) / unit;
+    const Expression q0 = model.variable(kMax, "q0", 0.0, 1.0);
+    const Expression q1 = model.variable(kMax, "q1", 0.0, 1.0);
+    model.objective(factor * (p0 * (2.0 * q0 + 2.0 * q1) + p1 * (2.0 * q0 + q1)));
+    model.constraint(p0 + p1, 1.0, 1.0, kMin);
+    model.constraint(q0 + q1, 1.0, 1.0, kMax);
+    AutodiffProblem problem(model, {0.5 * unit, 0.5 * unit, 0.5, 0.5});
+    const Result result = solve(problem, {});
+    EXPECT_TRUE(is_success(result.status)) << unit << ", " << factor << ": " << result.message;
+    EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax) << unit << ", " << factor;
+  }
+}
+
 TEST(Shifts, OfSeveralVariablesChangeNothing) {
   for (const double shift : {0.0, 1e4}) {
     Model model;
