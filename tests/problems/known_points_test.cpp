@@ -29,6 +29,12 @@ class KnownPoints : public ::testing::TestWithParam<std::size_t> {
  protected:
   const SmallProblem& known_ = small_problems()[GetParam()];
   AutodiffProblem problem_{known_.model};
+
+  void expect_derivatives();
+  void expect_rows_of_min_without_y();
+  void expect_starts_of_right_size();
+  void expect_solutions();
+  void expect_other_points_are_none();
 };
 
 VectorXd random_point(const std::vector<Interval>& box, std::mt19937& random) {
@@ -40,7 +46,7 @@ VectorXd random_point(const std::vector<Interval>& box, std::mt19937& random) {
   return v;
 }
 
-TEST_P(KnownPoints, DerivativesAgreeWithDifferences) {
+void KnownPoints::expect_derivatives() {
   std::mt19937 random(1);
   for (int trial = 0; trial < 5; ++trial) {
     const VectorXd v = random_point(known_.random_start_box, random);
@@ -69,7 +75,7 @@ TEST_P(KnownPoints, DerivativesAgreeWithDifferences) {
   }
 }
 
-TEST_P(KnownPoints, NoConstraintOfMinDependsOnMax) {
+void KnownPoints::expect_rows_of_min_without_y() {
   const ProblemStructure& structure = problem_.structure();
   for (const auto& [row, col] : structure.jacobian) {
     if (structure.variable_players[static_cast<std::size_t>(col)] == Player::Max) {
@@ -78,13 +84,13 @@ TEST_P(KnownPoints, NoConstraintOfMinDependsOnMax) {
   }
 }
 
-TEST_P(KnownPoints, StartsHaveTheRightSize) {
+void KnownPoints::expect_starts_of_right_size() {
   EXPECT_EQ(known_.random_start_box.size(), known_.model.variables());
   EXPECT_FALSE(known_.starts.empty());
   for (const auto& start : known_.starts) EXPECT_EQ(start.size(), known_.model.variables());
 }
 
-TEST_P(KnownPoints, SolutionsAreWhatIsExpected) {
+void KnownPoints::expect_solutions() {
   EXPECT_EQ(known_.solutions.empty(), known_.expectation == Expectation::None);
   EXPECT_EQ(known_.expectation == Expectation::Global,
             known_.expectation != Expectation::Degenerate &&
@@ -110,12 +116,20 @@ TEST_P(KnownPoints, SolutionsAreWhatIsExpected) {
   }
 }
 
-TEST_P(KnownPoints, OtherStationaryPointsAreNotLocalMinmax) {
+void KnownPoints::expect_other_points_are_none() {
   for (const auto& v : known_.not_minmax) {
     const DenseTolerances tight{.first_order = 1e-8, .active = 1e-9, .curvature = 1e-8};
     const DenseOptimality found = dense_optimality(problem_, v, nullptr, tight);
     EXPECT_EQ(found.verdict, Verdict::NotLocalMinmax) << to_vector(v).transpose() << ": " << found;
   }
+}
+
+TEST_P(KnownPoints, AreWhatIsStated) {
+  expect_derivatives();
+  expect_rows_of_min_without_y();
+  expect_starts_of_right_size();
+  expect_solutions();
+  expect_other_points_are_none();
 }
 
 INSTANTIATE_TEST_SUITE_P(Small, KnownPoints,
