@@ -32,7 +32,6 @@
 //     pass, the first correction of this table that applies changes it:
 //       release_bounds       that the Newton step shows to be inactive
 //       leave_out_rows       that are redundant (dependence)
-//       scale_min_first      lengths of x without the coupling of x to y
 //       hold_unread          a variable of each step of x that the model does not read
 //       take_newton_step     towards the solution
 //       follow_path          finds the active set while mu falls (barrier_path)
@@ -65,7 +64,6 @@ struct TrialPoint {
   double mu = 0.0;
   ActiveBounds set;
   VariableScaling scaling;
-  bool min_first = false;  ///< rule of the scaling
   InactiveCopies inactive;
   /// Curvature subtracted from all of Max's variables, scaled, if the best answer is not unique.
   double proximal = 0.0;

@@ -106,19 +106,6 @@ bool leave_out_rows(TestContext& c, TrialPoint& next) {
   return std::ranges::find(next.set.redundant, true) != next.set.redundant.end();
 }
 
-/// Lengths of x are too short where they come from a coupling with a y that its constraints hold.
-/// Not where W is what changes: rounding of large entries would decide in longer ones.
-bool has_short_x(TestContext& c, const TrialPoint& here) {
-  return !here.min_first && here.converges && here.test.inner && !here.test.full && c.has_x() &&
-         c.has_y() && max_norm(here.error) <= kLittle;
-}
-
-bool scale_min_first(TestContext& c, TrialPoint& next) {
-  next.min_first = true;
-  next.scaling = certain_scaling(c, next);
-  return true;
-}
-
 bool needs_newton_step(TestContext& c, const TrialPoint& here) {
   const bool there = here.converges && max_norm(here.newton.error) <= c.margin() &&
                      gradients_hold(here) && !here.is_far;
@@ -166,7 +153,6 @@ constexpr Correction kCorrections[] = {
               here.set.redundant.empty();
      },
      leave_out_rows},
-    {has_short_x, scale_min_first},
     {[](TestContext& c, const TrialPoint& here) {
        const bool may_be_singular =
            here.converges ? here.test.inner && !here.test.full : !here.newton.done;

@@ -21,16 +21,16 @@ struct Scaler {
   ScalingArrays& arrays;
   Vector& d = arrays.scaling.variable;
 
-  /// The block of one player: diagonal entries first, then rows without one. second: and what
-  /// couples him to the other one, whose lengths are known: the maximizer's answer makes of it
-  /// W_xy^2 / W_yy, which is curvature of x as well.
-  void equilibrate(bool max, bool second) {
+  /// The block of one player: diagonal entries first, then rows without one. Max's comes first; for
+  /// Min what couples x to y counts, too: the maximizer's answer makes of it W_xy^2 / W_yy, which is
+  /// curvature of x as well.
+  void equilibrate(bool max) {
     arrays.diagonal.setZero(d.size());
     arrays.coupling.setZero(d.size());
     for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
       const bool row = canonical.owned_by_max(i) == max, col = canonical.owned_by_max(j) == max;
       if (i == j) arrays.diagonal[i] += std::abs(value);
-      if (row == col || !second) return;
+      if (row == col || max) return;
       double& coupling = arrays.coupling[row ? i : j];
       coupling = std::max(coupling, std::abs(value) * d[row ? j : i]);
     });
@@ -171,14 +171,14 @@ struct Scaler {
 
 const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                         const Evaluation& evaluation, ScalingArrays& arrays,
-                                        ScalingRules rules) {
+                                        bool by_coupling) {
   arrays.scaling.variable.setConstant(canonical.variables(), kUnknown);
   arrays.scaling.constraint.setOnes(canonical.constraints());
   arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
   Scaler scaler{canonical, evaluation, arrays};
-  scaler.equilibrate(!rules.min_first, false);
-  scaler.equilibrate(rules.min_first, true);
-  if (rules.by_coupling) scaler.measure_by_coupling();
+  scaler.equilibrate(true);
+  scaler.equilibrate(false);
+  if (by_coupling) scaler.measure_by_coupling();
   scaler.spread_by_constraints();
   scaler.cut_by_equations();
   scaler.measure_rows();
@@ -186,9 +186,9 @@ const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const
 }
 
 VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                 const Evaluation& evaluation, ScalingRules rules) {
+                                 const Evaluation& evaluation, bool by_coupling) {
   ScalingArrays arrays;
-  variable_scaling(canonical, v, evaluation, arrays, rules);
+  variable_scaling(canonical, v, evaluation, arrays, by_coupling);
   return std::move(arrays.scaling);
 }
 
