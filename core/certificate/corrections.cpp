@@ -258,6 +258,11 @@ bool change_set(TestContext& c, TrialPoint& here) {
     } else if (found == BoundClass::Active && here.set.multiplier(end, i) <= kTrace * multiplier) {
       found = BoundClass::Inactive;  // a negative one is kept above zero
     }
+    if (found == BoundClass::Inactive && c.canonical.owned_by_max(i) &&
+        within_relaxation(c.canonical, i, side, here.set.distance(c.canonical, end, i),
+                          c.options)) {
+      found = BoundClass::WeaklyActive;
+    }
   }
   bool inside = true;
   for_each_bound(c.canonical, end.v,

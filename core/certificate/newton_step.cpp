@@ -117,7 +117,12 @@ struct ActiveSetNewton {
       }
     }
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
-      if (set[i] == BoundClass::Inactive) expect(i, side * work.dv[i] <= kConfirmed * distance);
+      if (set[i] != BoundClass::Inactive) return;
+      // At the model's own bound an answer of Max is held by it for some x nearby.
+      const bool at_bound =
+          set.side_of(i) == side && canonical.owned_by_max(i) &&
+          within_relaxation(canonical, i, side, distance - side * work.dv[i], c.options);
+      expect(i, side * work.dv[i] <= kConfirmed * distance && !at_bound);
     });
   }
 
@@ -128,10 +133,12 @@ struct ActiveSetNewton {
     Vector &back = work.fixed, &outside = work.row_v, &curvature = work.change_v;
     for (Vector* v : {&back, &outside, &curvature}) v->setZero(canonical.variables());
     bool decides = false;  // a bound of a variable without curvature
-    // Curvature of its own makes a variable's best value one, whatever its multiplier is.
+    // Curvature of its own, of its owner's sign, makes a variable's best value one, whatever its
+    // multiplier is.
     for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
-      if (i == j) curvature[i] += value;
+      if (i == j) curvature[i] += canonical.sign(i) * value;
     });
+    curvature = curvature.cwiseMax(0.0);
     // An inequality between variables without any is as a bound.
     for (const auto [row, col] : canonical.jacobian()) {
       if (const Index slack = canonical.slack_of(row); slack >= 0)
@@ -140,11 +147,7 @@ struct ActiveSetNewton {
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const double own = relaxation_of(canonical, i, side, c.options);
       if (!system.is_fixed(i)) {
-        if (distance > 2.0 * own) return;
-        outside[i] = own;
-        // Beyond its model's bound an answer that is not unique counts for nothing.
-        const bool of_max = canonical.owned_by_max(i) && set[i] == BoundClass::Inactive;
-        decides = decides || (of_max && curvature[i] == 0.0);
+        if (distance <= 2.0 * own) outside[i] = own;
       } else if (set.side_of(i) == side) {
         back[i] = -side * own;
         decides = decides || curvature[i] == 0.0;

@@ -433,7 +433,7 @@ std::string why_refuted(const ProblemStructure& s, const Result& result) {
   }
   const auto open = std::ranges::find(y.proofs, false, &WorstCaseProof::complete);
   if (open != y.proofs.end()) return open->message;
-  if (!y.finished) return "the search over y was not finished";
+  if (!y.finished) return y.open.empty() ? "the search over y was not finished" : y.open;
   const SearchOverX& x = result.over_x;
   return std::to_string(x.made) + " of " + std::to_string(x.asked) + " starts were made";
 }

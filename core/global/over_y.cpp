@@ -418,43 +418,94 @@ class MaximizationOverY {
     return std::ranges::any_of(found_.maxima, &WorstCaseMaximum::certified);
   }
 
+  /// Whether all variables that are not held have two bounds: none of them can run away.
+  [[nodiscard]] bool is_boxed() const {
+    return boxed_variables(inner_.structure(), options_).size() == free_.size();
+  }
+
+  /// Whether the function is above the limit farther out in the direction of a point: where it
+  /// runs to a value that it never reaches it is not.
+  [[nodiscard]] bool exceeds_farther_out(const std::vector<double>& v) {
+    const std::vector<double> from = starting_values(inner_);
+    std::vector<double> there = v, g(inner_.structure().constraint_lower.size());
+    for (const double times : {1e3, 1e6, 1e9}) {
+      for (const std::size_t i : free_) {
+        there[i] =
+            std::clamp(from[i] + times * (v[i] - from[i]), inner_.structure().variable_lower[i],
+                       inner_.structure().variable_upper[i]);
+      }
+      double value = 0.0;
+      ++context_.work.counts.objective;
+      ++context_.work.counts.constraints;
+      if (is_feasible(inner_, options_, there, g) && inner_.objective(there, false, value) &&
+          is_above_limit(value)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  /// Back from relaxed bounds, beyond which a worst case would decide between x that are as good:
+  /// unless the constraints do not hold there.
+  void move_into_bounds(std::vector<double>& v, double& value) {
+    const ProblemStructure& s = inner_.structure();
+    std::vector<double> inside = v, g(s.constraint_lower.size());
+    for (const std::size_t i : free_)
+      inside[i] = std::clamp(v[i], s.variable_lower[i], s.variable_upper[i]);
+    double there = 0.0;
+    if (inside == v) return;
+    ++context_.work.counts.objective;
+    ++context_.work.counts.constraints;
+    if (!is_feasible(inner_, options_, inside, g) || !inner_.objective(inside, false, there) ||
+        !std::isfinite(there)) {
+      return;
+    }
+    v = std::move(inside);
+    value = there;
+  }
+
   void add(const Result& result) {
     using enum Status;
-    const bool runs_away = result.status == InnerUnbounded || result.status == OuterUnbounded ||
-                           result.status == DivergingIterates;
+    const bool runs_away =
+        !is_boxed() && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
+                        result.status == DivergingIterates);
     const bool maximum = is_success(result.status);
     found_.maximized = found_.maximized || maximum || runs_away;
     found_.single_branch = found_.single_branch && maximum;
-    if (runs_away) {
+    const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+    if (runs_away || (maximum && !certified && limit_ && !is_boxed())) {
       // Far away and infeasible, nothing is seen of f.
       double size = 0.0;
       for (const std::size_t i : free_) size = std::max(size, std::abs(result.v[i]));
-      if (result.error.primal <= options_.constr_viol_tol * size) found_.unbounded = true;
+      const bool seen = result.error.primal <= options_.constr_viol_tol * size;
+      if (seen && (!limit_ || exceeds_farther_out(result.v))) found_.unbounded = true;
     }
     if (result.v.empty() || !std::isfinite(result.objective) ||
         !(result.error.primal <= options_.constr_viol_tol)) {
       return;
     }
-    const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-    found_.range.see(result.objective);
+    std::vector<double> v = result.v;
+    double value = result.objective;
+    if (limit_) move_into_bounds(v, value);
+    found_.range.see(value);
     accuracy_ = std::max(accuracy_, options_.tol / std::abs(result.objective_scale));
-    if (context_.witnesses != nullptr) context_.witnesses->add(result.v);
-    ranges_.see(result.v);
+    if (context_.witnesses != nullptr) context_.witnesses->add(v);
+    ranges_.see(v);
     for (WorstCaseMaximum& known : found_.maxima) {
-      if (!same_point(result.v, known.v, ranges_, free_, options_.minmax_distinct_tol) ||
-          is_higher(result.objective, known.value) || is_higher(known.value, result.objective)) {
+      if (!same_point(v, known.v, ranges_, free_, options_.minmax_distinct_tol) ||
+          is_higher(value, known.value) || is_higher(known.value, value)) {
         continue;
       }
       ++known.found;
       known.certified = known.certified || certified;
-      if (result.objective > known.value) {
-        known.value = result.objective;
-        known.v = result.v;
+      if (value > known.value) {
+        known.value = value;
+        known.v = std::move(v);
       }
       return;
     }
     // A feasible point bounds the maximum from below, whatever ended the search there.
-    found_.maxima.push_back({result.v, result.objective, certified, 1});
+    found_.maxima.push_back({std::move(v), value, certified, 1});
     beside_.push_back({result.lambda, false});
   }
 

@@ -105,8 +105,11 @@ struct SideScan : MaximaOverY {
   double bound = 0.0;     ///< of side times the constraint
   double accepted = 0.0;  ///< the bound, relaxed
 
-  /// Whether it was maximized, as often as was asked for.
-  [[nodiscard]] bool is_complete() const { return finished && maximized; }
+  /// Whether it was maximized, as often as was asked for, and has a maximum.
+  [[nodiscard]] bool is_complete() const {
+    const bool has_value = !maxima.empty() || (proof && proof->complete);
+    return finished && maximized && has_value && !unbounded;
+  }
   /// Whether a higher maximum is to be expected after the most starts, and no proof excludes it.
   [[nodiscard]] bool may_be_higher() const { return !settled && !(proof && proof->complete); }
   /// Whether the k-th maximum exceeds the bound by more than tol of the range.

@@ -27,20 +27,6 @@ bool is_boxed(const ProblemStructure& s, const SolverOptions& options, std::size
          s.variable_upper[i] < options.nlp_upper_bound_inf;
 }
 
-/// Whether the constraints hold; false where they are undefined.
-bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const double> v,
-                 std::vector<double>& g) {
-  const ProblemStructure& s = inner.structure();
-  if (!inner.constraints(v, true, g)) return false;
-  for (std::size_t j = 0; j < g.size(); ++j) {
-    if (!(g[j] >= s.constraint_lower[j] - options.constr_viol_tol) ||
-        !(g[j] <= s.constraint_upper[j] + options.constr_viol_tol)) {
-      return false;
-    }
-  }
-  return true;
-}
-
 /// From the center that share of the way, or less where Max's constraints do not hold there.
 std::vector<double> drawn_back(Problem& inner, const SolverOptions& options,
                                std::span<const double> center, const std::vector<double>& from,
@@ -105,6 +91,19 @@ std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options
 }
 
 }  // namespace
+
+bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const double> v,
+                 std::vector<double>& g) {
+  const ProblemStructure& s = inner.structure();
+  if (!inner.constraints(v, true, g)) return false;
+  for (std::size_t j = 0; j < g.size(); ++j) {
+    if (!(g[j] >= s.constraint_lower[j] - options.constr_viol_tol) ||
+        !(g[j] <= s.constraint_upper[j] + options.constr_viol_tol)) {
+      return false;
+    }
+  }
+  return true;
+}
 
 SolverOptions staying_near(const SolverOptions& options, double mu) {
   SolverOptions near = options;

@@ -12,6 +12,10 @@
 // Where maximizations over y begin. y are the variables of a problem that are not fixed.
 namespace ipminmax {
 
+/// Whether the constraints hold; false where they are undefined. g: m numbers to work with.
+[[nodiscard]] bool is_feasible(Problem& inner, const SolverOptions& options,
+                               std::span<const double> v, std::vector<double>& g);
+
 /// Options of a solve that is not to forget where it begins: from a large barrier parameter the
 /// central path leads to the same maxima whatever the start.
 [[nodiscard]] SolverOptions staying_near(const SolverOptions& options, double mu);

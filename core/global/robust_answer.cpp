@@ -199,6 +199,10 @@ SearchOverY search_over_y(const RobustForm& form, const std::vector<SideScan>& s
       if (is_of_objective(side.constraint)) turn_to_objective(v.back(), seen.proofs.back());
       seen.finished = seen.finished && side.proof->complete;
     }
+    if (side.unbounded && seen.open.empty()) {
+      seen.open = (is_of_objective(side.constraint) ? "f" : constraint_name(s, side.constraint)) +
+                  " grows without bound over y at this x";
+    }
     // A search that still found other maxima, or that does not know one of few corners.
     if (!verified || !side.may_be_higher() || !seen.open.empty()) continue;
     const bool of_objective = is_of_objective(side.constraint);

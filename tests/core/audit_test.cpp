@@ -295,5 +295,80 @@ TEST(Audit, AnAnswerIsAsAccurateAsTheToleranceInSmallUnits) {
   }
 }
 
+TEST(Audit, AWorstCaseThatGrowsWithoutBoundIsNone) {
+  // Only x = 0 meets x y <= .5 for every y; and max over y of x^2 + y is infinite.
+  for (const double unit : {1.0, 1e5, 1e-5}) {
+    for (const bool epigraph : {false, true}) {
+      Model model;
+      const Expression x = model.variable(kMin, "x", -2.0, 2.0);
+      const Expression y = model.variable(kMax, "y");
+      model.objective(epigraph ? square(x) + y / unit : square(x - 1.0));
+      if (!epigraph) model.constraint(x * y / unit, -kNoBound, 0.5, kMin);
+      AutodiffProblem problem(model, {0.9, 0.5 * unit});
+      SolverOptions options;
+      options.minmax_epigraph = epigraph;
+      options.max_iter = 300;
+      EXPECT_FALSE(is_success(solve(problem, options).status)) << unit << ", " << epigraph;
+    }
+  }
+}
+
+TEST(Audit, ScenariosBeyondTheirBoundsDecideNothing) {
+  // max x0 + x1 with x0 y0^2 + x1 y1^2 <= 1 for y in a box: every x of x0 + x1 = 1 is best.
+  for (const double unit : {1.0, 1e-3, 1e-5}) {
+    Model model;
+    const Expression x0 = model.variable(kMin, "x0", -5.0, 5.0);
+    const Expression x1 = model.variable(kMin, "x1", -5.0, 5.0);
+    const Expression y0 = model.variable(kMax, "y0", -1.0, 1.0);
+    const Expression y1 = model.variable(kMax, "y1", -unit, unit);
+    model.objective(-x0 - x1);
+    model.constraint(x0 * square(y0) + x1 * square(y1 / unit), -kNoBound, 1.0, kMin);
+    AutodiffProblem problem(model, {0.1, 0.1, 0.3, 0.1 * unit});
+    const Result result = solve(problem, {});
+    const bool says_so =
+        std::ranges::any_of(result.certificate.reasons, [](const CertificateReason& reason) {
+          return reason.text.find("x is best but not unique") != std::string::npos;
+        });
+    EXPECT_TRUE(result.certificate.kind != PointKind::LocalMinmax || says_so) << unit;
+    EXPECT_NEAR(result.v[0] + result.v[1], 1.0, 1e-4) << unit;
+  }
+}
+
+TEST(Audit, ARowOfMaxAtItsBoundCountsWhereverXGoes) {
+  // Max's y <= x0 + x1: towards (-1, -1) f falls with the best y, so (0, 0) is no local minmax.
+  for (const double x_unit : {1.0, 1e3}) {
+    for (const double y_unit : {1.0, 1e-3, 1e-5}) {
+      Model model;
+      const Expression x0 = model.variable(kMin, "x0", -x_unit, x_unit) / x_unit;
+      const Expression x1 = model.variable(kMin, "x1", -x_unit, x_unit) / x_unit;
+      const Expression y = model.variable(kMax, "y", -2.0 * y_unit, 2.0 * y_unit) / y_unit;
+      model.objective(0.5 * square(x0) + 0.5 * square(x1) - 0.2 * x0 * x1 - square(y));
+      model.constraint(y - x0 - x1, -kNoBound, 0.0, kMax);
+      AutodiffProblem problem(model, {0.3 * x_unit, 0.3 * x_unit, 0.2 * y_unit});
+      SolverOptions options;
+      options.minmax_epigraph = true;
+      const Result result = solve(problem, options);
+      EXPECT_TRUE(result.certificate.kind != PointKind::LocalMinmax || result.objective < -3.0)
+          << x_unit << ", " << y_unit;
+    }
+  }
+}
+
+TEST(Audit, NothingRunsAwayInABox) {
+  // y on a circle in a box, one side of it much shorter.
+  Model model;
+  const Expression x = model.variable(kMin, "x", -2.0, 2.0);
+  const Expression y0 = model.variable(kMax, "y0", -72.8, 72.8) / 36.4;
+  const Expression y1 = model.variable(kMax, "y1", -4.88e-4, 4.88e-4) / 2.44e-4;
+  model.objective(1e6 * ((x - 0.5) * y0 + (x + 0.5) * y1 + square(x)));
+  model.constraint(square(y0) + square(y1), 1.0, 1.0, kMax);
+  AutodiffProblem problem(model, {0.9, 18.2, 4.88e-5});
+  SolverOptions options;
+  options.minmax_worst_case_starts = 8;
+  const Result result = solve(problem, options);
+  EXPECT_FALSE(result.worst_case.unbounded);
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+}
+
 }  // namespace
 }  // namespace ipminmax
