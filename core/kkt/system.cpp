@@ -11,10 +11,13 @@ namespace {
 /// more than it saves (bench/schur).
 constexpr double kLeastSchurFlops = 5e4;
 
+/// Without rows where no time is left: nothing is analyzed then.
 std::shared_ptr<const KktPattern> pattern_of(KktPattern::Which which,
-                                             const CanonicalProblem& canonical,
-                                             const KktLayout& layout, const KktAnalysis* kept) {
-  if (kept == nullptr) return std::make_shared<KktPattern>(which, canonical, layout);
+                                             const CanonicalProblem& canonical, KktLayout layout,
+                                             const KktAnalysis* kept, TimeLimit* limit) {
+  const bool late = limit != nullptr && limit->expired();
+  if (late) layout.x = layout.y = layout.lambda_x = layout.lambda_y = {};
+  if (kept == nullptr || late) return std::make_shared<KktPattern>(which, canonical, layout);
   return which == KktPattern::Which::Full ? kept->full_pattern : kept->inner_pattern;
 }
 
@@ -29,10 +32,10 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
       timing_(timing),
       limit_(limit),
       layout_(canonical),
-      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept.analysis), canonical,
-            &full_arrays_),
-      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept.analysis), canonical,
-             &inner_arrays_) {
+      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept.analysis, limit),
+            canonical, &full_arrays_),
+      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept.analysis, limit),
+             canonical, &inner_arrays_) {
   reduced_.setZero(layout_.dimension());
   eliminated_.setZero(canonical.variables());
   proximal_ = eliminated_;

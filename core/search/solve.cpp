@@ -150,6 +150,10 @@ Result Solve::search() {
   if (!analyzed && !limit_.exceeded()) {
     return without_point(Status::OutOfMemory, "out of memory in the analysis of the KKT matrix");
   }
+  if (!analyzed) {
+    if (kept_ && !kept_->structure_only) kept_->forget();
+    kept_ = nullptr;
+  }
   const auto stopped = [&](Status status, const char* why) {
     return machinery.search
                ? finish(machinery, machinery.best_with(machinery.search->ended(status, why)))
@@ -171,8 +175,6 @@ Result Solve::search() {
     machinery.barrier.emplace(machinery.context, first.point);  // the start is all that is known
     machinery.search.emplace(machinery.context, purpose_, *machinery.barrier, machinery.observation,
                              first, arrays_.search);
-    if (kept_ && !kept_->structure_only) kept_->forget();
-    kept_ = nullptr;
     return stopped(*limit_.exceeded(), "");
   } catch (const FactorsOutOfMemory& error) {
     return stopped(Status::OutOfMemory, error.what());
