@@ -147,10 +147,9 @@ Result Solve::run_checked() {
 Result Solve::search() {
   Machinery machinery(*this);
   const bool analyzed = !limit_.expired() && analyze(machinery);
-  if (!analyzed && !limit_.exceeded()) {
-    return without_point(Status::OutOfMemory, "out of memory in the analysis of the KKT matrix");
-  }
   if (!analyzed) {
+    if (!limit_.exceeded())
+      return without_point(Status::OutOfMemory, "out of memory in the analysis");
     if (kept_ && !kept_->structure_only) kept_->forget();
     kept_ = nullptr;
   }
