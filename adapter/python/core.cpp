@@ -275,7 +275,7 @@ class Problem {
       const auto why = interrupted_ ? ipminmax::Status::UserStop : ipminmax::Status::MaxWallTime;
       status = static_cast<int>(ipminmax::application_status(why));
       name = ipminmax::name_of(why);
-      message = std::string(interrupted_ ? "Ctrl-C" : "the time limit") +
+      message = std::string(interrupted_ ? "Ctrl-C" : "the time limit passed") +
                 (result.v.empty() ? " before the first iterate: this is the starting point"
                                   : ": this is the best point that was reached");
       if (!std::isfinite(at.f) && f_.has(n_, at.x.data())) at.f = f_.values.front();

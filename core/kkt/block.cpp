@@ -67,6 +67,7 @@ void BarrierTerms::take_none() {
 KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const KktLayout& layout)
     : row_of_variable(at(canonical.variables()), -1),
       row_of_constraint(at(canonical.constraints()), -1) {
+  if (layout.dimension() == 0) return;
   const bool full = which == Which::Full;
   const Index dimension = full ? layout.dimension() : layout.y.size() + layout.lambda_y.size();
   variables = {full ? 0 : canonical.y().begin, canonical.variables()};

@@ -1,5 +1,3 @@
-#include <functional>
-
 #include "core/kkt/system.hpp"
 #include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"
@@ -11,11 +9,18 @@ namespace {
 /// more than it saves (bench/schur).
 constexpr double kLeastSchurFlops = 5e4;
 
+bool is_over(TimeLimit* limit) { return limit != nullptr && limit->expired(); }
+
+/// Without rows where time is over: nothing is analyzed then.
 std::shared_ptr<const KktPattern> pattern_of(KktPattern::Which which,
-                                             const CanonicalProblem& canonical,
-                                             const KktLayout& layout, const KktAnalysis* kept) {
-  if (kept == nullptr) return std::make_shared<KktPattern>(which, canonical, layout);
-  return which == KktPattern::Which::Full ? kept->full_pattern : kept->inner_pattern;
+                                             const CanonicalProblem& canonical, KktLayout layout,
+                                             const KktAnalysis* kept, TimeLimit* limit) {
+  if (is_over(limit)) {
+    layout.lambda_y.end = 0;
+  } else if (kept != nullptr) {
+    return which == KktPattern::Which::Full ? kept->full_pattern : kept->inner_pattern;
+  }
+  return std::make_shared<KktPattern>(which, canonical, layout);
 }
 
 }  // namespace
@@ -29,10 +34,10 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
       timing_(timing),
       limit_(limit),
       layout_(canonical),
-      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept.analysis), canonical,
-            &full_arrays_),
-      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept.analysis), canonical,
-             &inner_arrays_) {
+      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept.analysis, limit),
+            canonical, &full_arrays_),
+      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept.analysis, limit),
+             canonical, &inner_arrays_) {
   reduced_.setZero(layout_.dimension());
   eliminated_.setZero(canonical.variables());
   proximal_ = eliminated_;
@@ -44,8 +49,7 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
 
 bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
   if (!analyze_or_adopt(kept)) return false;
-  std::function<bool()> stop;
-  if (limit_ != nullptr) stop = [limit = limit_] { return limit->expired(); };
+  const auto stop = [limit = limit_] { return is_over(limit); };
   for (const KktBlock* block : {&full_, &inner_}) {
     if (!block->empty()) block->solver()->stop_when(stop);
   }
@@ -67,7 +71,7 @@ bool KktSystem::analyze_or_adopt(const std::optional<KktAnalysis>& kept) {
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
   const Analysis full = full_.analyze(options_);
-  if (!full.ok || (limit_ != nullptr && limit_->expired())) return false;
+  if (!full.ok || is_over(limit_)) return false;
   const Analysis inner = inner_.analyze(options_);
   if (!inner.ok) return false;
   decide_on_schur_complement(full);
@@ -150,7 +154,7 @@ Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift,
   if (!may_factorize()) return {};
   const ScopedTimer timer(timed(timing_.factorization));
   const bool full = &block == &full_;
-  count_factorizations(full ? 1 : 0, full ? 0 : 1);
+  count_factorizations(full, !full);
   return block.factorize(shift, certainty);
 }
 

@@ -147,8 +147,11 @@ Result Solve::run_checked() {
 Result Solve::search() {
   Machinery machinery(*this);
   const bool analyzed = !limit_.expired() && analyze(machinery);
-  if (!analyzed && !limit_.exceeded()) {
-    return without_point(Status::OutOfMemory, "out of memory in the analysis of the KKT matrix");
+  if (!analyzed) {
+    if (!limit_.exceeded())
+      return without_point(Status::OutOfMemory, "out of memory in the analysis");
+    if (kept_ && !kept_->structure_only) kept_->forget();
+    kept_ = nullptr;
   }
   const auto stopped = [&](Status status, const char* why) {
     return machinery.search
@@ -171,8 +174,6 @@ Result Solve::search() {
     machinery.barrier.emplace(machinery.context, first.point);  // the start is all that is known
     machinery.search.emplace(machinery.context, purpose_, *machinery.barrier, machinery.observation,
                              first, arrays_.search);
-    if (kept_ && !kept_->structure_only) kept_->forget();
-    kept_ = nullptr;
     return stopped(*limit_.exceeded(), "");
   } catch (const FactorsOutOfMemory& error) {
     return stopped(Status::OutOfMemory, error.what());

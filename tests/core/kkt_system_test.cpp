@@ -547,6 +547,17 @@ TEST(KktCounts, CountFactorizationsSolvesAndAnalyses) {
   EXPECT_EQ(s.counts.solves, 1);
 }
 
+TEST(KktSystemTest, LaysNothingOutOnceTimeIsOver) {
+  RandomSystem s({}, 8);
+  s.options.max_wall_time = 1e-9;
+  Budget budget(s.options);
+  TimeLimit limit(budget);
+  const KktAnalysis late = KktSystem(s.canonical, s.options, s.counts, s.timing, &limit).analysis();
+  EXPECT_EQ(late.full_pattern->zero.dimension(), 0);
+  EXPECT_EQ(late.inner_pattern->zero.dimension(), 0);
+  EXPECT_EQ(limit.exceeded(), Status::MaxWallTime);
+}
+
 TEST(KktSolutions, AreRefinedAsFarAsTheirUseAsks) {
   // Refinement has to make up for a shift.
   constexpr Regularization kShift{.x = 1e-3, .y = 1e-3};
