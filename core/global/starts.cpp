@@ -341,10 +341,11 @@ void Starts::audit_best(Result& best) {
   outcomes_.add_work(work);
   if (!looks) return;
   if (best.worst_case.higher && best.status != Status::WorstCaseNotMet) {
-    best.message += "; " + describe_worst_case(best);
+    best.message += "\n" + describe_worst_case(best);
   } else if (best.status == Status::NoLocalMinmaxFound && !with_branches() &&
              best.error.primal <= options_.constr_viol_tol) {
-    best.message += "; minmax_epigraph_at_kinks yes goes on over the branches of y";
+    best.message +=
+        "\nminmax_epigraph_at_kinks yes goes on from here and minimizes the largest maximum";
   }
 }
 

@@ -464,7 +464,7 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
     return MinmaxResult(
         x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, info["obj_val"]),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
-        message="; ".join(message + game.notes), certificate=info["certificate"], worst_case=worst,
+        message="\n".join(message + game.notes), certificate=info["certificate"], worst_case=worst,
         worst_cases=[worst_case(found) for found in info["worst_cases"]],
         proofs=[proof(found) for found in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
