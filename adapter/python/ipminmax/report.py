@@ -44,7 +44,7 @@ def printed(result: Any) -> str:
 
 
 def table(result: Any) -> Any:
-    """Worst cases as a frame of pandas; without pandas a list of dicts."""
+    """Returns the worst cases as a frame of pandas, without pandas as a list of dicts."""
     rows: List[Any] = [{"of": _place(c), "value": c.value, "multiplier": c.multiplier, "active": c.active,
                         **{f"y[{i}]": v for i, v in enumerate(c.y)}} for c in result.worst_cases]
     try:
