@@ -211,6 +211,13 @@ TEST_F(AmplExecutable, UndefinedValuesAndDerivativesDoNotEndIt) {
   EXPECT_TRUE(printed("evaluation failed")) << out_;
   EXPECT_TRUE(solution_has("objno 0 550"));
   EXPECT_TRUE(solution_has("minmax_result\n0 503\n")) << get("model.sol");
+  // The message names what is undefined: the constraint log(v0) >= 0, not the objective.
+  Parts of_constraint = minimize(kSquare);
+  of_constraint.constraints = {kLog};
+  of_constraint.rows = "2 0\n";
+  of_constraint.segments = "x1\n0 -1\n";
+  EXPECT_EQ(solve(of_constraint), 0);
+  EXPECT_TRUE(printed("the Jacobian of the constraints is undefined")) << out_;
   // At 0 sqrt(v) has a value and no derivative.
   parts = minimize("o0\no39\nv0\no5\nv0\nn2\n");
   parts.segments = "x1\n0 0\n";
@@ -638,6 +645,13 @@ TEST_F(AmplExecutable, OptionsOfIpoptsExecutable) {
   EXPECT_FALSE(std::filesystem::exists(path("model.sol")));
   EXPECT_NE(err_.find("can't evaluate log(-1)"), std::string::npos) << err_;
   EXPECT_EQ(solve(undefined, "halt_on_ampl_error=no"), 0);
+  // The message names what is undefined: the constraint log(v0) >= 0, not the objective.
+  Parts of_constraint = minimize(kSquare);
+  of_constraint.constraints = {kLog};
+  of_constraint.rows = "2 0\n";
+  of_constraint.segments = "x1\n0 -1\n";
+  EXPECT_EQ(solve(of_constraint), 0);
+  EXPECT_TRUE(printed("the Jacobian of the constraints is undefined")) << out_;
   // At 0 sqrt(v) has a value and no derivative.
   undefined = minimize("o39\nv0\n");
   undefined.segments = "x1\n0 0\n";
