@@ -235,6 +235,19 @@ class _Game:
             owners.append(reads_y)
         return np.concatenate(owners) if owners else None
 
+    def note_about_owners(self) -> List[str]:
+        """Returns a note if an inequality of both players is Max's by default and no constraint is robust."""
+        coupled: List[str] = []
+        for row in self.rows:
+            pattern, (low, up) = row.pattern, row.bounds(row.size)  # type: ignore[attr-defined]
+            of_y = pattern.cols >= self.nx
+            if row.player == "min" and np.any(of_y):
+                return []
+            both = set(pattern.rows[of_y]) & set(pattern.rows[~of_y]) & set(np.flatnonzero(low < up))
+            coupled += [row.name] * bool(both and row.player is None)
+        return [f"{name} reads x and y and restricts y; if x must satisfy it for every y, give it player=\"min\" "
+                "(player=\"max\" silences this note)" for name in coupled[:1]]
+
     # --- Second derivatives
 
     def set_hessian(self, hess: Any, pattern: Any) -> Dict[str, Any]:
@@ -464,7 +477,7 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
     return MinmaxResult(
         x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, info["obj_val"]),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
-        message="\n".join(message + game.notes), certificate=info["certificate"], worst_case=worst,
+        message="\n".join(message + game.notes + (game.note_about_owners() if problem else [])), certificate=info["certificate"], worst_case=worst,
         worst_cases=[worst_case(found) for found in info["worst_cases"]],
         proofs=[proof(found) for found in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
