@@ -231,25 +231,16 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
   std::string text;
   for (const std::string& mistake : split_remarks(s)) text += (text.empty() ? "" : " ") + mistake;
   if (!text.empty()) return text;
-  std::size_t bounded = 0, at_bound = 0;
   Index largest = -1;
   for (std::size_t i = 0; i < n; ++i) {
     const double lower = s.variable_lower[i], upper = s.variable_upper[i];
     if (s.variable_players[i] != Player::Max || !(lower < upper)) continue;
-    if (lower <= options.nlp_lower_bound_inf || upper >= options.nlp_upper_bound_inf) {
-      if (largest < 0 || std::abs(result.v[i]) > std::abs(result.v[at(largest)]))
-        largest = static_cast<Index>(i);
-      continue;
-    }
-    ++bounded;
-    const double near = parameters::kTrace * (upper - lower);
-    at_bound += result.v[i] - lower <= near || upper - result.v[i] <= near ? 1 : 0;
+    if (lower > options.nlp_lower_bound_inf && upper < options.nlp_upper_bound_inf) continue;
+    if (largest < 0 || std::abs(result.v[i]) > std::abs(result.v[at(largest)]))
+      largest = static_cast<Index>(i);
   }
   if (runs_away && largest >= 0) {
     text = "the disturbance wins: f grows with " + variable_name(s, largest) + "\n";
-  } else if (bounded > 0) {
-    text = std::to_string(at_bound) + " of Max's " + plural(bounded, "bounded variable") +
-           " at a bound\n";
   }
   return text +
          "what may help: a higher price of Max's variables in f (find_price finds the least one), "
