@@ -7,14 +7,14 @@
  *   IpminmaxGetCertificate(problem, &certificate);
  *   IpminmaxFree(problem);
  *
- * One problem may be used by one thread at a time, and from inside its own callbacks only by
+ * One problem may be used by one thread at a time. Its own callbacks may only call
  * IpminmaxGetCurrentIterate, IpminmaxGetCurrentViolations and IpminmaxGetStatistics. No C++
  * exception leaves these functions. Functions that return int return 1 for success and 0 for
  * failure; IpminmaxMessage then says what is wrong.
  *
- * The structures may grow at their end in later versions. What fills one is told its size and
- * writes no more, so that a program works with a library of a later version than its header, too;
- * see "Sizes of structures" at the end. */
+ * Structures may grow at their end in later versions. A function that fills one is told its size
+ * and writes no more, so a program also works with a later version of the library; see "Sizes of
+ * structures" at the end. */
 #ifndef IPMINMAX_H
 #define IPMINMAX_H
 
@@ -57,7 +57,7 @@ enum IpminmaxReturnStatus {
 };
 
 enum IpminmaxPointKind {
-  IPMINMAX_LOCAL_MINMAX = 0,      /* certified: both inertias right with margin, LICQ */
+  IPMINMAX_LOCAL_MINMAX = 0,      /* certified: both inertias as expected, with a margin */
   IPMINMAX_FIRST_ORDER_POINT = 1, /* stationary, not certified */
   IPMINMAX_FEASIBLE_POINT = 2,
   IPMINMAX_INFEASIBLE_POINT = 3,
@@ -67,8 +67,8 @@ enum IpminmaxPointKind {
 enum IpminmaxSecondOrder {
   IPMINMAX_NOT_TESTED = 0, /* not a first-order point, or minmax_certificate none */
   IPMINMAX_SATISFIED = 1,
-  IPMINMAX_UNDECIDED = 2, /* nothing could be shown; see reasons */
-  IPMINMAX_VIOLATED = 3,  /* an eigenvalue has a definite wrong sign: not a local minmax */
+  IPMINMAX_UNDECIDED = 2, /* neither certified nor refuted; see reasons */
+  IPMINMAX_VIOLATED = 3,  /* refuted: a player gains along some direction */
   IPMINMAX_FLAT = 4 /* not refuted, the value is constant along directions without curvature */
 };
 
@@ -124,12 +124,12 @@ typedef struct IpminmaxStatistics {
   double objective_scale;
 } IpminmaxStatistics;
 
-/* The model's functions, with Ipopt's arguments. Return 1 for success, 0 when the function is
- * undefined at x. Only the low byte of what they return is read, so callbacks made for Ipopt 3.14,
- * which return bool, may be cast to these types. An eval_h must know the structure of the Hessian;
- * where second derivatives do not exist it is NULL. x and lambda must not be written to. Matrix
- * structure is asked for with values == NULL, values with iRow == jCol == NULL. The Hessian is that
- * of obj_factor f + lambda' g, one of the entries (i,j) and (j,i); duplicates add. */
+/* The model's functions, with Ipopt's arguments. They return 1 for success, 0 if the function is
+ * undefined at x. Only the low byte of the returned value is read, so callbacks made for Ipopt
+ * 3.14, which return bool, may be cast to these types. They must not write to x and lambda. A call
+ * with values == NULL asks for the structure of a matrix, a call with iRow == jCol == NULL for its
+ * values. The Hessian is that of obj_factor f + lambda' g: one of the entries (i,j) and (j,i);
+ * duplicates add. Pass NULL for eval_h if the model has no second derivatives. */
 typedef int (*IpminmaxEval_F_CB)(int n, double *x, int new_x, double *obj_value, void *user_data);
 typedef int (*IpminmaxEval_Grad_F_CB)(int n, double *x, int new_x, double *grad_f, void *user_data);
 typedef int (*IpminmaxEval_G_CB)(int n, double *x, int new_x, int m, double *g, void *user_data);
@@ -138,15 +138,16 @@ typedef int (*IpminmaxEval_Jac_G_CB)(int n, double *x, int new_x, int m, int nel
 typedef int (*IpminmaxEval_H_CB)(int n, double *x, int new_x, double obj_factor, int m,
                                  double *lambda, int new_lambda, int nele_hess, int *iRow,
                                  int *jCol, double *values, void *user_data);
-/* Some rows alone, count of them, 0-based and ascending: their values into g (m entries) or, where
- * g is NULL, their entries of the Jacobian into values (nele_jac); others may stay as they are. */
+/* Evaluates only `count` rows (0-based, ascending): writes their values into g (m entries) or, if g
+ * is NULL, their entries of the Jacobian into values (nele_jac entries). Other entries may stay as
+ * they are. */
 typedef int (*IpminmaxEval_Rows_CB)(int n, double *x, int new_x, int count, const int *rows, int m,
                                     double *g, int nele_jac, double *values, void *user_data);
-/* Called after each iteration, the starting point included; 0 stops the solve at that point.
- * alg_mod is 0, or 1 in the iterations of a feasibility restoration, during which iter_count stands
- * still, or 2 in those of a maximization over y at a held x: obj_value is then what it has reached,
- * the numbers behind it are 0, there is no current iterate, and a stop returns the best point that
- * was finished. */
+/* Is called at the starting point and after each iteration; returning 0 stops the solve at that
+ * point. alg_mod is 0 in ordinary iterations; 1 in those of a feasibility restoration, in which
+ * iter_count does not change; 2 in those of a maximization over y at fixed x. In the last case
+ * obj_value is the value reached, the numbers after it are 0, there is no current iterate, and a
+ * stop returns the best finished point. */
 typedef int (*IpminmaxIntermediate_CB)(int alg_mod, int iter_count, double obj_value, double inf_pr,
                                        double inf_du, double mu, double d_norm,
                                        double regularization_size, double alpha_du, double alpha_pr,
@@ -154,13 +155,14 @@ typedef int (*IpminmaxIntermediate_CB)(int alg_mod, int iter_count, double obj_v
 
 typedef struct IpminmaxProblemInfo *IpminmaxProblem;
 
-/* n >= 0 variables with bounds x_L, x_U (n), m >= 0 constraints with bounds g_L, g_U (m); bounds
- * outside (nlp_lower_bound_inf, nlp_upper_bound_inf), by default +-1e19, are absent. nele_jac,
- * nele_hess: entries of Jacobian and Hessian. eval_g and eval_jac_g may be NULL when m is 0;
- * eval_h may be NULL: second derivatives are then differences of first ones.
- * variable_players: n values of IpminmaxPlayer; all IPMINMAX_MIN is a minimization.
- * constraint_players: m values, or NULL: a constraint with an entry in a Max variable is Max's.
- * Arrays are copied. NULL when something is wrong; IpminmaxMessage(NULL) says what. */
+/* Creates a problem with n >= 0 variables with bounds x_L, x_U (n entries) and m >= 0 constraints
+ * with bounds g_L, g_U (m entries). Bounds outside (nlp_lower_bound_inf, nlp_upper_bound_inf), by
+ * default +-1e19, are absent. nele_jac, nele_hess: numbers of entries of Jacobian and Hessian.
+ * eval_g and eval_jac_g may be NULL if m is 0. eval_h may be NULL: second derivatives are then
+ * differences of first ones. variable_players: n values of IpminmaxPlayer; all IPMINMAX_MIN is a
+ * minimization. constraint_players: m values, or NULL: a constraint with a Jacobian entry in a Max
+ * variable is Max's, any other is Min's. Arrays are copied. Returns NULL on failure;
+ * IpminmaxMessage(NULL) says why. */
 IpminmaxProblem IpminmaxCreate(int n, const double *x_L, const double *x_U, int m,
                                const double *g_L, const double *g_U, int nele_jac, int nele_hess,
                                int index_style, IpminmaxEval_F_CB eval_f, IpminmaxEval_G_CB eval_g,
@@ -168,62 +170,68 @@ IpminmaxProblem IpminmaxCreate(int n, const double *x_L, const double *x_U, int 
                                IpminmaxEval_H_CB eval_h, const int *variable_players,
                                const int *constraint_players);
 
-/* NULL is allowed. Inside a callback of the problem nothing is freed, and IpminmaxMessage says so. */
+/* Frees a problem; NULL is allowed. Inside a callback of the problem nothing is freed, and
+ * IpminmaxMessage says so. */
 void IpminmaxFree(IpminmaxProblem problem);
 
-/* Options by name, for the next solves; a file ipminmax.opt is read by each solve. */
+/* Set an option by name for the next solves. Each solve also reads the file ipminmax.opt. */
 int IpminmaxAddStrOption(IpminmaxProblem problem, const char *keyword, const char *val);
 int IpminmaxAddNumOption(IpminmaxProblem problem, const char *keyword, double val);
 int IpminmaxAddIntOption(IpminmaxProblem problem, const char *keyword, int val);
 
-/* print_level: 0 to 12. */
+/* Writes the log also to a file, with print_level 0 to 12. */
 int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char *file_name, int print_level);
 
-/* Used with nlp_scaling_method user-scaling. x_scaling (n) and g_scaling (m), or NULL: none.
- * Factors are in [1e-20, 1e20]; with a negative obj_scaling Min maximizes and Max minimizes. */
+/* Sets the scaling factors that nlp_scaling_method user-scaling uses: x_scaling (n entries) and
+ * g_scaling (m entries), or NULL for none. They must be in [1e-20, 1e20]. With a negative
+ * obj_scaling Min maximizes and Max minimizes. */
 int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double *x_scaling,
                        const double *g_scaling);
 
-/* New bounds for the next solves: x_L, x_U (n), g_L, g_U (m); each may be NULL: as before. While
- * bounds stay of the same kind (absent, one-sided, equal) IpminmaxSolveAgain needs no analysis. */
+/* Sets bounds for the next solves: x_L, x_U (n entries), g_L, g_U (m entries); NULL leaves them as
+ * they are. IpminmaxSolveAgain needs no analysis if the kinds of bounds (absent, one-sided, equal)
+ * stay the same. */
 int IpminmaxSetBounds(IpminmaxProblem problem, const double *x_L, const double *x_U,
                       const double *g_L, const double *g_U);
 
-/* For robust constraints, each of which is then maximized without the others; an eval_h that skips
- * rows with lambda 0 helps, too. NULL: eval_g and eval_jac_g evaluate all rows. */
+/* Sets the callback that evaluates single rows, so that a robust constraint can be maximized
+ * without evaluating the others; eval_h should skip rows with lambda 0. NULL: eval_g and eval_jac_g
+ * evaluate all rows. */
 int IpminmaxSetRowsCallback(IpminmaxProblem problem, IpminmaxEval_Rows_CB eval_rows);
 
-/* NULL: none. */
+/* Sets the intermediate callback; NULL removes it. */
 int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
                                     IpminmaxIntermediate_CB intermediate_cb);
 
-/* x (n): in the starting point, out the last point. Outputs, each may be NULL: g (m), obj_val,
- * mult_g (m), mult_x_L (n), mult_x_U (n); with warm_start_init_point yes the multipliers are also
- * inputs and may not be NULL. grad f + J' mult_g - mult_x_L + mult_x_U = 0, so multipliers of a Max
- * variable's bounds are <= 0. They are untouched when the solve stops before its first iterate. */
+/* Solves the problem. x (n entries) is the starting point on entry and the last point on return.
+ * Outputs, each may be NULL: g (m), obj_val, mult_g (m), mult_x_L (n), mult_x_U (n). With
+ * warm_start_init_point yes the multipliers are also inputs and must not be NULL. They satisfy
+ * grad f + J' mult_g - mult_x_L + mult_x_U = 0, so multipliers of a Max variable's bounds are <= 0.
+ * Nothing is written if the solve stops before its first iterate. */
 enum IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double *x, double *g,
                                         double *obj_val, double *mult_g, double *mult_x_L,
                                         double *mult_x_U, void *user_data);
 
-/* IpminmaxSolve with the starts (option minmax_starts) on all MPI ranks, each of which has to call
- * this with the same problem and options; outputs are the same on all ranks, only rank 0 prints.
- * The callbacks are called in another thread than this one. IPMINMAX_INVALID_OPTION where MPI
- * cannot be used: IpminmaxMessage tells why. */
+/* Solves as IpminmaxSolve, with the starts (option minmax_starts) on all MPI ranks. Each rank must
+ * call this with the same problem and options. Outputs are the same on all ranks; only rank 0
+ * prints. Another thread than this one calls the callbacks. Returns IPMINMAX_INVALID_OPTION if MPI
+ * cannot be used; IpminmaxMessage says why. */
 enum IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double *x, double *g,
                                                  double *obj_val, double *mult_g, double *mult_x_L,
                                                  double *mult_x_U, void *user_data);
 
-/* The same structure again, warm started (as with warm_start_init_point yes) from x and the
- * multipliers of the last solve; user_data and IpminmaxSetBounds may have changed the numbers.
- * Orderings, symbolic factorizations, scaling and the last shifts of the Hessian are kept
- * (IpminmaxStatistics.analyses is 0). Arguments as in IpminmaxSolve, multipliers out only.
- * Invalid_Problem_Definition when there is no last point. */
+/* Solves a problem of the same structure again, warm started (as with warm_start_init_point yes)
+ * from x and the multipliers of the last solve. user_data and IpminmaxSetBounds may have changed
+ * the numbers. Orderings, symbolic factorizations, scaling and the last shifts of the Hessian are
+ * kept (IpminmaxStatistics.analyses is 0). Arguments as in IpminmaxSolve, except that multipliers
+ * are only outputs. Returns IPMINMAX_INVALID_PROBLEM_DEFINITION if there is no last point. */
 enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x, double *g,
                                              double *obj_val, double *mult_g, double *mult_x_L,
                                              double *mult_x_U, void *user_data);
 
-/* Of the last solve; 0 when it stopped before its first iterate. IpminmaxGetStatistics, called from
- * the intermediate callback, gives those of the current solve, the errors split by player. */
+/* Write the certificate and the statistics of the last solve. They return 0 if it stopped before
+ * its first iterate. Inside the intermediate callback IpminmaxGetStatistics gives those of the
+ * current solve. */
 int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate *certificate);
 int IpminmaxGetCertificateSized(IpminmaxProblem problem, IpminmaxCertificate *certificate,
                                 size_t size);
@@ -231,11 +239,11 @@ int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics *statistic
 int IpminmaxGetStatisticsSized(IpminmaxProblem problem, IpminmaxStatistics *statistics,
                                size_t size);
 
-/* What maximizing over y from several starts, x held, has found; docs/certificate.md. */
+/* What a search for the worst case over y at fixed x has found; see docs/certificate.md. */
 typedef struct IpminmaxWorstCase {
-  int starts;         /* maximizations made; 0: not looked for (see higher) */
-  int maxima;         /* distinct certified maxima over y */
-  int competing;      /* distinct points that share the largest value: 2 or more, a kink */
+  int starts;         /* number of maximizations; 0: no search (see higher) */
+  int maxima;         /* number of distinct certified maxima over y */
+  int competing;      /* number of distinct maxima with the largest value; 2 or more: a kink */
   double value;       /* largest f(x, y) found at a feasible y: a lower bound of the worst case */
   int found;          /* 1: there is such a y */
   int higher;         /* 1: value is clearly above f at the point asked about; with
@@ -245,60 +253,63 @@ typedef struct IpminmaxWorstCase {
   int stated_concave; /* 1: option minmax_concave_in_y */
 } IpminmaxWorstCase;
 
-/* The worst case over all of y at the Min variables of x (n values), from so many starting points
- * of y, at least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x
- * and the worst y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why.
- */
+/* Searches for the worst case over all of y at the Min variables of x (n entries), from `starts`
+ * starting points of y (at least 1), the first of them that of x. Uses the options of the next
+ * solve. worst_x (n entries, or NULL) receives x with the worst y. Returns 0 if it cannot be done;
+ * IpminmaxMessage says why. */
 int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
                            IpminmaxWorstCase *worst_case, double *worst_x, void *user_data);
 int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double *x, int starts,
                                 IpminmaxWorstCase *worst_case, size_t size, double *worst_x,
                                 void *user_data);
-/* The same of the last solve, with option minmax_worst_case_starts. */
+/* Writes the same for the last solve, if the option minmax_worst_case_starts was set. */
 int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, double *worst_x);
 int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, size_t size,
                               double *worst_x);
-/* Of the last of these calls: values of f at the distinct maxima over y, the largest first, and the
- * first capacity of them; returns how many are known (10 at most). values may be NULL when capacity
- * is 0. */
+/* Writes the values of f at the distinct maxima over y that the last of these calls found, the
+ * largest first, at most `capacity` of them. Returns how many are known (at most 10). values may be
+ * NULL if capacity is 0. */
 int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
 
-/* The duality gap at x (n values), most - least: of a game that is convex in the Min variables and
- * concave in the Max variables, with linear constraints of each player's own, most is the largest
- * objective over the Max variables, least the smallest over the Min variables, the others held at x.
- * saddle_point: 1 where they differ by no more than tol, which proves it over all of both.
- * Each may be NULL. Two solves with the options of the next one; 0 where there is no gap:
- * IpminmaxMessage says why. */
+/* Computes the duality gap most - least at x (n entries) by two solves with the options of the next
+ * one. The game must be convex in the Min variables and concave in the Max variables, with linear
+ * constraints of each player's own. most is the largest objective over the Max variables, least the
+ * smallest over the Min variables, with the other player's variables held at x. saddle_point is 1
+ * if they differ by at most tol, which proves a saddle point over all variables. Each output may be
+ * NULL. Returns 0 if there is no gap; IpminmaxMessage says why. */
 int IpminmaxFindGap(IpminmaxProblem problem, const double *x, double *most, double *least,
                     int *saddle_point, void *user_data);
 
-/* Worst cases of the last solve's robust constraints, which are Min's and read Max variables, and
- * of f with option minmax_epigraph; docs/robust_constraints.md. Returns how many there are and
- * fills the first capacity of each array that is not NULL: constraints (indices from 0, m for f),
- * values (of the constraint there), multipliers, active (1: the solution rests on it), worst_x
- * (capacity times n: x and that y). 0: none, or no solve has ended. */
+/* Writes the worst cases of the last solve's robust constraints (Min's that read Max variables),
+ * and of f with option minmax_epigraph; see docs/robust_constraints.md. Returns how many there are,
+ * and fills the first `capacity` entries of each array that is not NULL: constraints (indices from
+ * 0, m for f), values (of the constraint there), multipliers, active (1: x rests on it), worst_x
+ * (capacity times n: x and that y). Returns 0 if there are none or no solve has ended. */
 int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int *constraints,
                                 double *values, double *multipliers, int *active, double *worst_x);
 
-/* Certified points that the starts of the last solve led to (option minmax_starts), the best first.
- * Returns how many there are and fills the first capacity of each array that is not NULL: values (of
- * the objective), found (starts that ended there), x (capacity times n). */
+/* Writes the certified points that the starts of the last solve (option minmax_starts) led to, the
+ * best first. Returns how many there are, and fills the first `capacity` entries of each array that
+ * is not NULL: values (of the objective), found (number of starts that ended there), x (capacity
+ * times n). */
 int IpminmaxGetPoints(IpminmaxProblem problem, int capacity, double *values, int *found, double *x);
 
-/* What the last solve says, for people: 0 why it stopped, 1 what the point is locally, 2 what was
- * looked at over all of y, 3 what over x; "" before the first one and for other numbers. Valid until
- * the next call for this problem. */
+/* Returns the last solve in words: 0 why it stopped (the first line says what happened, further
+ * lines why and what to do), 1 what the point is locally, 2 what was searched over all of y, 3 what
+ * was searched over x; "" before the first solve and for other numbers. Valid until the next call
+ * for this problem. */
 const char *IpminmaxStatement(IpminmaxProblem problem, int which);
 
-/* Inside the intermediate callback only, 0 elsewhere: the iterate, as IpminmaxSolve would return it
- * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be
- * NULL. Evaluates eval_f and eval_g, with fixed variables also eval_grad_f and eval_jac_g. */
+/* Writes the iterate as IpminmaxSolve would return it if the callback stopped now, unscaled. Works
+ * only inside the intermediate callback and returns 0 elsewhere. x, z_L and z_U have n entries, g
+ * and lambda m; each may be NULL. Calls eval_f and eval_g, with fixed variables also eval_grad_f
+ * and eval_jac_g. */
 int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double *x, double *z_L, double *z_U,
                               int m, double *g, double *lambda);
 
-/* Inside the intermediate callback only, 0 elsewhere: by how much the iterate misses the
- * first-order conditions. Unscaled, zero where there is no bound; each may be NULL. Evaluates
- * eval_grad_f and eval_jac_g; 0 where these are undefined.
+/* Writes by how much the iterate violates the first-order conditions, unscaled, 0 if there is no
+ * bound. Works only inside the intermediate callback and returns 0 elsewhere, or if a derivative is
+ * undefined. Each output may be NULL. Calls eval_grad_f and eval_jac_g.
  *   x_L_violation, x_U_violation (n)  max(x_L - x, 0), max(x - x_U, 0)
  *   compl_x_L, compl_x_U (n)          (x - x_L) z_L, (x_U - x) z_U; 0 for a fixed variable
  *   grad_lag_x (n)                    grad f + J' lambda - z_L + z_U
@@ -311,35 +322,39 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double *x_L_vio
                                  double *grad_lag_x, int m, double *nlp_constraint_violation,
                                  double *compl_g);
 
-/* --- What if: derivatives of the last solution, and where it goes when constants of the model move
+/* --- Sensitivity: derivatives of the last solution, and predictions if constants of the model
+ * change
  *
  * The parameters of a model are its bounds: right-hand sides of equations and values of fixed
- * variables (equal bounds, to be moved alike), bounds of variables and inequalities. */
+ * variables (equal bounds, to be moved by the same amount), bounds of variables and
+ * inequalities. */
 
-/* Takes the last solve's solution: before IpminmaxSetBounds, and with the last solve's user_data. 0
- * when it has no derivatives: IpminmaxMessage says why. One evaluation of the derivatives, one
- * factorization. */
+/* Prepares the functions below for the last solution. Call it before IpminmaxSetBounds and with the
+ * last solve's user_data. It takes one evaluation of the derivatives and one factorization. Returns
+ * 0 if the solution has no derivatives; IpminmaxMessage says why. */
 int IpminmaxUpdateSensitivity(IpminmaxProblem problem);
 
-/* Derivative of the solution along a change of bounds: dx_L, dx_U (n), dg_L, dg_U (m), each may be
- * NULL: unchanged. Outputs, each may be NULL, signs as in IpminmaxSolve: dx (n), dmult_g (m),
- * dmult_x_L, dmult_x_U (n), dobj and d2obj: first and second derivative of the value. */
+/* Writes the derivative of the solution along a change of bounds dx_L, dx_U (n entries), dg_L, dg_U
+ * (m entries); NULL means unchanged. Outputs, each may be NULL, signs as in IpminmaxSolve: dx (n),
+ * dmult_g (m), dmult_x_L, dmult_x_U (n), dobj and d2obj: first and second derivative of the
+ * value. */
 int IpminmaxGetDerivative(IpminmaxProblem problem, const double *dx_L, const double *dx_U,
                           const double *dg_L, const double *dg_U, double *dx, double *dmult_g,
                           double *dmult_x_L, double *dmult_x_U, double *dobj, double *d2obj);
 
-/* Derivative of the maximizer's answer when Min's variables move along dx_min (n, Max's entries are
- * not read); outputs as before, dobj that of the maximum over y. */
+/* Writes the derivative of the maximizer's answer if Min's variables move along dx_min (n entries,
+ * Max's are not read). Outputs as before; dobj is the derivative of the maximum over y. */
 int IpminmaxGetReaction(IpminmaxProblem problem, const double *dx_min, double *dx, double *dmult_g,
                         double *dmult_x_L, double *dmult_x_U, double *dobj, double *d2obj);
 
-/* The linearized solution after a whole change, through changes of the active set. share: the part
- * of the change that could be followed, 1 when all; below 1 IpminmaxMessage says what is there.
- * Outputs, each may be NULL: x (n), mult_g (m), mult_x_L, mult_x_U (n), obj (to second order). */
+/* Predicts the solution after a finite change of bounds from the linearized equations, through
+ * changes of the active set. Outputs, each may be NULL: x (n), mult_g (m), mult_x_L, mult_x_U (n),
+ * obj (to second order), share: the part of the change that could be followed; below 1
+ * IpminmaxMessage says why. */
 int IpminmaxPredict(IpminmaxProblem problem, const double *dx_L, const double *dx_U,
                     const double *dg_L, const double *dg_U, double *x, double *mult_g,
                     double *mult_x_L, double *mult_x_U, double *obj, double *share);
-/* The same for the maximizer alone, Min's variables moved by dx_min (n). */
+/* Predicts the maximizer's answer if Min's variables move by dx_min (n entries). */
 int IpminmaxPredictReaction(IpminmaxProblem problem, const double *dx_min, double *x,
                             double *mult_g, double *mult_x_L, double *mult_x_U, double *obj,
                             double *share);
@@ -353,29 +368,29 @@ typedef struct IpminmaxActiveSetChange {
   int enters;
 } IpminmaxActiveSetChange;
 
-/* Those of the last prediction, in their order, the first capacity of them; returns how many there
- * are. changes may be NULL when capacity is 0. */
+/* Writes the active-set changes of the last prediction in their order, at most `capacity` of them.
+ * Returns how many there are. changes may be NULL if capacity is 0. */
 int IpminmaxGetActiveSetChanges(IpminmaxProblem problem, int capacity,
                                 IpminmaxActiveSetChange *changes);
 int IpminmaxGetActiveSetChangesSized(IpminmaxProblem problem, int capacity,
                                      IpminmaxActiveSetChange *changes, size_t size);
 
-/* Why the last solve stopped, finer than the return status; "" before the first solve. */
+/* Returns why the last solve stopped, finer than the return status; "" before the first solve. */
 const char *IpminmaxStatusName(IpminmaxProblem problem);
 
-/* What the last failed call on the problem, or its last solve, has to say; for NULL what was wrong
- * in this thread's last call that failed without a problem. Valid until the next call. */
+/* Returns the message of the last failed call on the problem, or of its last solve; for NULL that
+ * of this thread's last call that failed without a problem. Valid until the next call. */
 const char *IpminmaxMessage(IpminmaxProblem problem);
 
-/* "major.minor.patch" of the library. */
+/* Returns the version of the library, "major.minor.patch". */
 const char *IpminmaxVersion(void);
 
 /* --- Sizes of structures
  *
- * The functions without Sized fill structures as the first version of this header had them: they
- * are what programs compiled against that version call. In a source file the same names mean the
- * functions with Sized, told the size that this header knows; of an array's elements, for the last.
- * Languages that call the library by its symbols should call those with Sized. */
+ * The symbols without Sized fill structures as the first version of this header had them, for
+ * programs compiled against that version. In a source file the macros below turn these names into
+ * the functions with Sized and pass the size that this header knows (for the last one, of an array
+ * element). Languages that call the library by its symbols should call the functions with Sized. */
 #define IpminmaxGetCertificate(problem, certificate) \
   IpminmaxGetCertificateSized(problem, certificate, sizeof(IpminmaxCertificate))
 #define IpminmaxGetStatistics(problem, statistics) \

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <sstream>
 #include <string_view>
 #include <vector>
 
@@ -551,9 +552,9 @@ std::string timing(const Timing& timing) {
 
 std::string exit_line(const Result& result) {
   std::string text = "\nEXIT: " + exit_text(result) + "\n";
-  if (!result.message.empty() && result.message != name_of(result.status)) {
-    text += "      " + result.message + "\n";
-  }
+  std::istringstream why(statements(result)[0]);
+  for (std::string line; std::getline(why, line);)
+    if (line != name_of(result.status)) text += "      " + line + "\n";
   if (result.objective_scale < 0.0) {
     text += "      The objective's factor is negative: Min maximizes and Max minimizes.\n";
   }

@@ -708,7 +708,7 @@ std::string stop_note(Ipopt::TNLP& model, const Result& result) {
   const bool may_have_asked = IPMINMAX_IPOPT_AT_LEAST(3, 14) && result.status == Status::UserStop &&
                               result.iterations == 0 &&
                               dynamic_cast<ObservableTNLP*>(&model) == nullptr;
-  return may_have_asked ? "; if because get_curr_iterate or get_curr_violations returned false: "
+  return may_have_asked ? "\nif because get_curr_iterate or get_curr_violations returned false: "
                           "those of ipminmax::ObservableTNLP answer"
                         : "";
 }
@@ -717,7 +717,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
                                                                   const SolverOptions& options) {
   result.message += stop_note(*model, result);
   for (const std::string& text : warnings) {  // where there is no console, too
-    if (result.message.find(text) == std::string::npos) result.message += "; " + text;
+    if (result.message.find(text) == std::string::npos) result.message += "\n" + text;
   }
   if (!has_iterate(result.status)) {
     print(J_ERROR, J_MAIN, exit_line());

@@ -16,25 +16,25 @@ inline namespace IPMINMAX_IPOPT_ABI {
 static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Index, int>,
               "Ipminmax needs an Ipopt with double precision numbers and int indices");
 
-/// Inside a model's intermediate_callback or finalize_solution, whichever application of this
-/// thread called it: the iterate, as MinMaxApplication::GetCurrentIterate gives it. Arrays of n: x,
-/// z_L, z_U, of m: g, lambda; each may be null. False, and nothing is touched, anywhere else, for
-/// other sizes, and where that is false.
+/// Writes the iterate as MinMaxApplication::GetCurrentIterate does; to be called inside a model's
+/// intermediate_callback or finalize_solution. x, z_L and z_U have n entries, g and lambda m; each
+/// may be null. Returns false and writes nothing if it is called elsewhere, if n or m are wrong, or
+/// if GetCurrentIterate returns false.
 [[nodiscard]] bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x,
                                        Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
                                        Ipopt::Number* g, Ipopt::Number* lambda);
 
-/// The same of MinMaxApplication::GetCurrentViolations (core/violations.hpp); arrays of n, the last
-/// two of m, each may be null.
+/// Writes what MinMaxApplication::GetCurrentViolations gives (core/violations.hpp), under the same
+/// conditions. The last two arrays have m entries, the others n; each may be null.
 [[nodiscard]] bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
                                           Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
                                           Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x,
                                           Ipopt::Index m, Ipopt::Number* nlp_constraint_violation,
                                           Ipopt::Number* compl_g);
 
-/// Base of models whose intermediate_callback or finalize_solution calls get_curr_iterate and
-/// get_curr_violations, which Ipopt 3.14's TNLP has: here they answer under this library's applications too, and with Ipopt
-/// 3.11. A model that is solved by Ipopt 3.14 gets Ipopt's answer.
+/// Base of models that call get_curr_iterate or get_curr_violations in intermediate_callback or
+/// finalize_solution. Ipopt 3.14's TNLP has these functions; here they also work with this
+/// library's applications and with Ipopt 3.11. If Ipopt 3.14 solves the model, Ipopt answers.
 class ObservableTNLP : public Ipopt::TNLP {
  public:
   bool get_curr_iterate(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
@@ -52,58 +52,60 @@ class ObservableTNLP : public Ipopt::TNLP {
 /// objective and one Hessian of the Lagrangian sigma f + lambda' g serve both players.
 class MinMaxTNLP : public ObservableTNLP {
  public:
-  /// players: n entries, all Min on entry. False stops with Invalid_Problem_Definition; so does
-  /// throwing INVALID_TNLP, whose message is then reported.
+  /// Writes the owner of each variable: n entries, all Min on entry. Returning false or throwing
+  /// INVALID_TNLP stops the solve with Invalid_Problem_Definition; the exception's message is
+  /// reported.
   virtual bool get_variable_players(Ipopt::Index n, Player* players) = 0;
 
-  /// players: m entries; on entry what the Jacobian's structure implies (Max when the constraint
-  /// has an entry in a Max variable). Override to give a constraint in Min variables to Max.
-  /// False or INVALID_TNLP as in get_variable_players.
+  /// Changes the owners of constraints: m entries, on entry the defaults (Max if the constraint has
+  /// a Jacobian entry in a Max variable, else Min). A constraint of Min that reads Max variables is
+  /// robust. Fails as get_variable_players.
   virtual bool get_constraint_players(Ipopt::Index m, Player* players);
 
-  /// In place of intermediate_callback in each iteration of a maximization over y at a held x, of a
-  /// robust constraint or of f; value: what it has reached. False stops the solve, which returns
-  /// the best point that was finished.
+  /// Is called instead of intermediate_callback in each iteration of a maximization of a robust
+  /// constraint or of f over y at fixed x; value is the present value. Returning false stops the
+  /// solve, which returns the best finished point.
   virtual bool maximization_callback(Ipopt::Index iter, Ipopt::Number value);
 };
 
-/// What an Ipopt model derives from, too, whose functions are known over boxes of its variables:
-/// for minmax_worst_case_proof.
+/// Second base class of an Ipopt model whose functions can be evaluated over boxes of its
+/// variables, as minmax_worst_case_proof needs.
 class ModelOverBoxes {
  public:
   virtual ~ModelOverBoxes() = default;
   [[nodiscard]] virtual const BoxFunctions* over_boxes() = 0;
 };
 
-/// What an Ipopt model derives from, too, that evaluates some of its constraints at less than the
-/// cost of all: maximizing a robust constraint over y asks for its row and Max's. Its eval_h skips
-/// rows with lambda 0.
+/// Second base class of an Ipopt model that can evaluate some of its constraints faster than all. A
+/// maximization of a robust constraint over y needs its row and Max's rows. eval_h should skip rows
+/// with lambda 0.
 class ModelByRows {
  public:
   virtual ~ModelByRows() = default;
-  /// Writes the values of `count` rows (0-based, ascending) into g (m entries) or, where that is
-  /// null, their entries of the Jacobian into values (nele_jac); others may stay as they are. False
-  /// as of eval_g and eval_jac_g.
+  /// Writes the values of `count` rows (0-based, ascending) into g (m entries) or, if g is null,
+  /// their entries of the Jacobian into values (nele_jac entries). Other entries may stay as they
+  /// are. Returns false if a function is undefined at x.
   [[nodiscard]] virtual bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
                                        Ipopt::Index count, const Ipopt::Index* rows, Ipopt::Index m,
                                        Ipopt::Number* g, Ipopt::Index nele_jac,
                                        Ipopt::Number* values) = 0;
-  /// The same of any model; one that is not of this class evaluates all rows.
+  /// Does the same for any model; one that is not a ModelByRows evaluates all rows.
   [[nodiscard]] static bool eval_rows_of(Ipopt::TNLP& model, Ipopt::Index n, const Ipopt::Number* x,
                                          bool new_x, Ipopt::Index count, const Ipopt::Index* rows,
                                          Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
                                          Ipopt::Number* values);
 };
 
-/// Any unmodified Ipopt model, split from outside. Every call is passed on to the model. An index
-/// that is out of range or given twice stops the solve with Invalid_Problem_Definition.
+/// Gives variables and constraints of an unmodified Ipopt model to Max. Every call is passed on to
+/// the model. An index that is out of range or given twice stops the solve with
+/// Invalid_Problem_Definition.
 class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
  public:
   /// max_variables: 0-based indices of the variables that the maximizer chooses.
-  /// max_constraints: 0-based constraints given to Max besides the implied ones.
-  /// min_constraints: 0-based constraints given to Min; one that reads Max variables is robust: it
-  /// must hold for all of their values (docs/robust_constraints.md).
-  /// Throws std::invalid_argument when model is null.
+  /// max_constraints: 0-based indices of constraints given to Max besides the default ones.
+  /// min_constraints: 0-based indices of constraints given to Min; one that reads Max variables is
+  /// robust: it must hold for all of their values (docs/robust_constraints.md).
+  /// Throws std::invalid_argument if model is null.
   SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Ipopt::Index> max_variables,
             std::vector<Ipopt::Index> max_constraints = {},
             std::vector<Ipopt::Index> min_constraints = {});
@@ -111,7 +113,7 @@ class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
   SplitTNLP(const SplitTNLP&) = delete;
   SplitTNLP& operator=(const SplitTNLP&) = delete;
 
-  /// The model that is split.
+  /// Returns the model that is split.
   [[nodiscard]] Ipopt::SmartPtr<Ipopt::TNLP> model() const { return model_; }
 
   [[nodiscard]] const BoxFunctions* over_boxes() override;  // the model's

@@ -23,8 +23,8 @@
 #include "horizon_shift.hpp"
 
 /// @file
-/// Control against disturbance in stages: dynamics and costs are written once, derivatives,
-/// sparsity and players follow.
+/// Control against disturbance in stages. You write dynamics and cost; derivatives, sparsity and
+/// players are found automatically.
 ///
 ///     min over u   max over w, s   sum over stages of cost(s, u, w) + terminal_cost(s_T)
 ///     subject to   s_0 given,  s_{k+1} = s_k + step dynamics(s, u_k, w_k)   (discretized)
@@ -43,20 +43,21 @@
 ///     ipminmax::StageAnswer plan = game.solve();   // plan.controls[0], plan.states[30], ...
 ///     plan = game.solve_next({0.9, -0.1});         // one stage later, from what was measured
 ///
-/// States are Max's variables and the dynamics his constraints, controls, gains and parameters
-/// Min's; limits are Min's rows, robust where they read what Max moves. docs/stages.md.
+/// States are Max's variables and the dynamics are his constraints. Controls, gains and parameters
+/// are Min's variables. Limits are Min's constraints, and robust if they read what Max moves. See
+/// docs/stages.md.
 namespace ipminmax {
 
-/// How one stage follows from the one before. Controls and disturbances are constant in a stage.
+/// Rule that gives the next state. Controls and disturbances are constant in a stage.
 enum class Discretization : std::uint8_t {
   Discrete,          ///< dynamics gives the next state, cost is a sum
   Euler,             ///< s + step f(s)
-  RungeKutta4,       ///< the classical one, cost integrated along
+  RungeKutta4,       ///< classical, with the cost integrated by the same rule
   ImplicitMidpoint,  ///< of order 2, A-stable
   HermiteSimpson     ///< collocation of order 4
 };
 
-/// What a model's functions may read, if they take it in place of s, u, w.
+/// Argument of a model's functions that need more than s, u, w.
 template <class T>
 struct StagePoint {
   std::span<const T> s, u, w, p;  ///< state, control, disturbance, parameters
@@ -64,31 +65,33 @@ struct StagePoint {
   std::size_t k = 0;              ///< stage
 };
 
-/// The numbers of a game; vectors that may be empty then mean none or zeros. Bounds from 1e19 on
-/// are none.
+/// The numbers of a game. An empty vector means none, or zeros. A bound of 1e19 or more is absent.
 struct Horizon {
   std::size_t stages = 20;  ///< T
   double step = 0.1;        ///< of time, per stage
   Discretization discretization = Discretization::RungeKutta4;
   std::vector<double> initial{};                                 ///< states: s_0
-  std::vector<double> initial_spread{};                          ///< Max chooses s_0 in +- this
+  std::vector<double> initial_spread{};                          ///< Max moves s_0 by up to +- this
   std::vector<double> final_guess{};                             ///< states start on a line to it
   std::vector<double> control_lower{}, control_upper{};          ///< controls
   std::vector<double> control_guess{};                           ///< controls
   std::vector<double> disturbance_lower{}, disturbance_upper{};  ///< disturbances
   std::vector<double> parameter_lower{}, parameter_upper{};      ///< parameters, Min's
   std::vector<double> parameter_guess{};                         ///< parameters
-  /// Min chooses the duration of the horizon within these, its stages equally long; both 0:
-  /// stages times step.
+  /// Bounds of the duration of the horizon, which Min chooses; the stages are equally long. Both 0:
+  /// the duration is stages times step.
   double duration_lower = 0.0, duration_upper = 0.0;
-  /// Feedback: the dynamics' control is u_k + G s_k, G of Min's, controls by states, row by row; a
-  /// bound of u is one of u_k then. Equal bounds: a given G. Empty: no feedback.
+  /// Feedback: bounds of the gain matrix G (controls by states, row by row), which Min chooses. The
+  /// dynamics get the control u_k + G s_k; control bounds then hold for u_k. Equal bounds give G.
+  /// Empty: no feedback.
   std::vector<double> gain_lower{}, gain_upper{};
-  /// The control also has sum over l = 1, ..., memory of M_l w_{k-l}, each M_l Min's, controls by
-  /// disturbances, entries of at most memory_bound.
+  /// Feedback of past disturbances: the control also has the sum over l = 1, ..., memory of
+  /// M_l w_{k-l}. Min chooses the matrices M_l (controls by disturbances), with entries of at most
+  /// memory_bound.
   std::size_t memory = 0;
   double memory_bound = 2e19;
-  /// Times the squares of u_k, G and M_l, where feedback could say the same in two ways.
+  /// Weight of the squares of u_k, G and M_l. It makes the choice unique if they can express the
+  /// same control.
   double feedback_price = 1e-3;
   std::vector<std::string> state_names{}, control_names{}, disturbance_names{};
 };
@@ -97,7 +100,7 @@ struct Horizon {
 struct StageAnswer {
   Result result;
   std::vector<std::vector<double>> states;        ///< T + 1
-  std::vector<std::vector<double>> controls;      ///< T: what the dynamics get, feedback included
+  std::vector<std::vector<double>> controls;      ///< T, feedback included
   std::vector<std::vector<double>> disturbances;  ///< T
   std::vector<double> parameters;
   std::vector<double> gains;   ///< G row by row
@@ -110,19 +113,20 @@ struct StageAnswer {
   }
 };
 
-/// The game of a Model with
+/// The game of a Model with these members:
 ///   static constexpr std::size_t states, controls, disturbances;   // each at least 0, 0, 0
 ///   void dynamics(auto s, auto u, auto w, auto rate) const;        // or (auto at, auto rate)
 ///   auto cost(auto s, auto u, auto w) const;                       // or (auto at)
-/// and, where it wants,
+/// and optionally
 ///   static constexpr std::size_t parameters;
 ///   auto terminal_cost(auto s) const;                              // or (auto at)
 ///   static constexpr std::size_t limits;                           // rows of
 ///   void limits_of(auto s, auto u, auto g) const;                  // or (auto at, auto g)
 ///   static constexpr std::size_t terminal_limits;                  // rows of
 ///   void terminal_limits_of(auto s, auto g) const;                 // or (auto at, auto g)
-/// `at` is a StagePoint; all functions take it, or none. Limits are g <= 0 for every disturbance, of
-/// the state at the end of each stage and the stage's control; terminal ones of the last state.
+/// `at` is a StagePoint; either all functions take it or none. Limits mean g <= 0 for every
+/// disturbance, with the state at the end of each stage and the control of that stage. Terminal
+/// limits read the last state.
 ///
 /// Variables: s_0, u_0, w_0, s_1, ..., s_T, parameters, gains, memory, duration. Constraints: stage
 /// by stage the dynamics and the limits; the terminal limits.
@@ -145,8 +149,8 @@ class StageGame : public Problem {
     return std::size_t{0};
   }();
 
-  /// std::invalid_argument: lengths that do not fit, no stage, a step that is not positive, bounds
-  /// that cross, in words.
+  /// Throws std::invalid_argument if lengths do not fit, there is no stage, the step is not
+  /// positive, or bounds cross.
   StageGame(Model model, Horizon horizon) : model_(std::move(model)), h_(std::move(horizon)) {
     fill_in();
     shared_ = np + gains() + disturbance_gains() + (free_time() ? 1 : 0);
@@ -158,7 +162,8 @@ class StageGame : public Problem {
     find_structure();
   }
 
-  /// For the next solves: other numbers in the formulas, which read the same variables.
+  /// Gives access to the model, to change numbers in its formulas for the next solves. They must
+  /// read the same variables as before.
   [[nodiscard]] Model& model() {
     forget();
     return model_;
@@ -166,21 +171,21 @@ class StageGame : public Problem {
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] const Horizon& horizon() const { return h_; }
 
-  // Numbers of variables; stages k = 0, ..., T - 1, states also of k = T.
+  // Return indices of variables; stages k = 0, ..., T - 1, states also k = T.
   [[nodiscard]] Index state(std::size_t k, std::size_t i) const { return index(k * kBlock + i); }
   [[nodiscard]] Index control(std::size_t k, std::size_t i) const { return state(k, nx + i); }
   [[nodiscard]] Index disturbance(std::size_t k, std::size_t i) const {
     return state(k, nx + nu + i);
   }
   [[nodiscard]] Index parameter(std::size_t i) const { return index(tail() + i); }
-  /// Of G: control i by state j.
+  /// Returns the index of entry (i, j) of G: control i, state j.
   [[nodiscard]] Index gain(std::size_t i, std::size_t j) const {
     return index(tail() + np + i * nx + j);
   }
-  /// -1: the duration is given.
+  /// Returns the index of the duration, or -1 if it is given.
   [[nodiscard]] Index duration() const { return free_time() ? index(tail() + shared_ - 1) : -1; }
 
-  /// Where the next solve begins: s_0.
+  /// Sets s_0 for the next solves.
   void set_initial(std::span<const double> s) {
     need(s.size() == nx, "initial: one value per state");
     h_.initial.assign(s.begin(), s.end());
@@ -191,7 +196,7 @@ class StageGame : public Problem {
       start_.v[i] = s[i];
     }
   }
-  /// Where the next solve starts.
+  /// Sets the starting point of the next solve.
   void set_start(PrimalDual start) {
     need(start.v.size() == start_.v.size(), "a start: one value per variable");
     need(start.lambda.empty() ||
@@ -201,8 +206,9 @@ class StageGame : public Problem {
     start_ = std::move(start);
   }
 
-  /// From the guess of the horizon, or the start that was set. Orderings, symbolic factorizations
-  /// and scaling are kept from solve to solve. With limits as solve_robust.
+  /// Solves from the guess of the horizon, or from the start that was set. Orderings, symbolic
+  /// factorizations and scaling are kept from solve to solve. Limits are treated as in
+  /// solve_robust.
   [[nodiscard]] StageAnswer solve(const SolverOptions& options = {},
                                   const SolveObserver& observer = {}) {
     StageAnswer answer = by_stage(solver_.solve(*this, options, observer));
@@ -210,8 +216,8 @@ class StageGame : public Problem {
     answer.worst_cases = answer.result.worst_cases;
     return answer;
   }
-  /// One stage later: from the state that was measured, started at the last answer moved one stage
-  /// ahead with barrier parameter mu. As solve where there is no such answer.
+  /// Solves one stage later: s_0 is the measured state, and the solve starts at the last answer
+  /// moved one stage ahead, with barrier parameter mu. Without a last answer it is solve.
   [[nodiscard]] StageAnswer solve_next(std::span<const double> measured, SolverOptions options = {},
                                        double mu = 1e-3, const SolveObserver& observer = {}) {
     const bool warm = last_ && is_success(last_->status);
@@ -227,11 +233,11 @@ class StageGame : public Problem {
                                        SolverOptions options = {}, double mu = 1e-3) {
     return solve_next(std::span(measured.begin(), measured.size()), std::move(options), mu);
   }
-  /// An answer moved one stage ahead.
+  /// Returns an answer moved one stage ahead.
   [[nodiscard]] PrimalDual shifted(const Result& result) const {
     return horizon_shift().next(result);
   }
-  /// Options for a start close to the solution.
+  /// Sets options for a start close to the solution.
   static void start_warm(SolverOptions& options, double mu) {
     options.warm_start_init_point = true;
     options.mu_init = mu;
@@ -240,7 +246,7 @@ class StageGame : public Problem {
     options.warm_start_mult_bound_push = mu;
   }
 
-  /// A result of this problem by stage.
+  /// Splits a result of this problem by stage.
   [[nodiscard]] StageAnswer by_stage(Result result) const {
     StageAnswer answer;
     answer.result = std::move(result);
@@ -267,10 +273,10 @@ class StageGame : public Problem {
         free_time() ? v[tail() + shared_ - 1] : h_.step * static_cast<double>(h_.stages);
     return answer;
   }
-  /// The state after a stage: a plant for closed loops. It goes one step of the game's own
-  /// discretization, or so many equal steps for a plant that is finer than the game; an implicit
-  /// one is replaced by the classical Runge-Kutta method, by default in ten steps. Discrete
-  /// dynamics have one step. std::invalid_argument: lengths that do not fit.
+  /// Returns the state after a stage, as a plant for closed loops. It takes one step of the game's
+  /// own discretization, or the given number of equal steps for a finer plant. The classical
+  /// Runge-Kutta method replaces an implicit one, by default with ten steps. Discrete dynamics take
+  /// one step. Throws std::invalid_argument if lengths do not fit.
   [[nodiscard]] std::vector<double> simulate(std::span<const double> s, std::span<const double> u,
                                              std::span<const double> w,
                                              std::span<const double> p = {}, std::size_t k = 0,
@@ -892,14 +898,14 @@ class StageGame : public Problem {
   std::vector<Plain> plain_;
 };
 
-/// A game whose worst cases can be proved (docs/proof.md): its Model's functions take intervals,
-/// too, and its rule is explicit (Discrete, Euler, RungeKutta4), so that states follow from s_0 and the
-/// disturbances.
+/// A game whose worst cases can be proved (docs/proof.md). Its Model's functions must also take
+/// intervals, and its rule must be explicit (Discrete, Euler, RungeKutta4), so that the states
+/// follow from s_0 and the disturbances.
 template <class Model>
 class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
  public:
   using Game = StageGame<Model>;
-  /// std::invalid_argument as for StageGame, and for an implicit rule.
+  /// Throws std::invalid_argument as StageGame, and for an implicit rule.
   ProvableStageGame(Model model, Horizon horizon) : Game(std::move(model), std::move(horizon)) {
     const Discretization rule = this->horizon().discretization;
     if (rule == Discretization::ImplicitMidpoint || rule == Discretization::HermiteSimpson) {

@@ -13,8 +13,8 @@
 #include "problem.hpp"
 
 /// @file
-/// Models written as formulas, with exact derivatives and sparsity, for those who do not want
-/// to write derivatives. Functions are templates of the number type:
+/// Models written as formulas; derivatives and sparsity are exact and found automatically.
+/// Functions are templates of the number type:
 ///
 ///     struct Game {
 ///       template <class T> T objective(std::span<const T> v) const {
@@ -30,19 +30,18 @@
 ///                                                .constraint_lower = {-1e20},
 ///                                                .constraint_upper = {2.0}});
 ///
-/// Structure is found once, at the start (autodiff.hpp). Values are the formulas' with plain
-/// numbers; derivatives at a new point take one recording of their operations and sweeps over them.
-/// Branches on values (comparisons compare values) are allowed where they do not change which
-/// variables a function reads.
+/// The structure is found once, at the start (autodiff.hpp). Values are computed with plain
+/// numbers; derivatives at a new point take one recording of the operations and sweeps over it.
+/// Formulas may branch on values if that does not change which variables a function reads.
 namespace ipminmax {
 
-/// Everything of a model but its functions.
+/// A model without its functions.
 struct ModelData {
   std::vector<Player> players;                                 ///< n
   std::vector<double> start;                                   ///< n
   std::vector<double> lower{}, upper{};                        ///< n, or empty: no bounds
   std::vector<double> constraint_lower{}, constraint_upper{};  ///< m
-  std::vector<Player> constraint_players{};  ///< m, or empty: as the formulas imply
+  std::vector<Player> constraint_players{};  ///< m, or empty: implied_constraint_players
   std::vector<std::string> variable_names{}, constraint_names{};  ///< n, m, or empty
 };
 
@@ -51,16 +50,16 @@ struct ModelData {
 ///     template <class T> T objective(std::span<const T> v) const;                       // v: n
 ///     template <class T> void constraints(std::span<const T> v, std::span<T> g) const;  // g: m
 ///
-/// the second only where m > 0. Instead of it
+/// The second is needed only if m > 0. Instead of it
 ///
 ///     template <class T> T constraint(std::size_t j, std::span<const T> v) const;       // g_j
 ///
-/// so that of many robust constraints only those that are asked for are evaluated.
-/// Values that are not finite make an evaluation undefined (false).
+/// may be given: then only the constraints that are needed are evaluated. If a value is not finite,
+/// the evaluation returns false.
 template <class Functions>
 class AutodiffProblem : public Problem {
  public:
-  /// std::invalid_argument: the lengths of data do not fit together, or the start's do not.
+  /// Throws std::invalid_argument if the lengths of players, start and bounds differ.
   AutodiffProblem(Functions functions, ModelData data)
       : functions_(std::move(functions)), start_(std::move(data.start)) {
     constexpr double kNone = 2e19;
@@ -93,8 +92,8 @@ class AutodiffProblem : public Problem {
   }
 
   [[nodiscard]] const Functions& functions() const { return functions_; }
-  /// For the next solves: other numbers, read by the functions; formulas that read the same
-  /// variables.
+  /// Gives access to the functions, to change numbers in them for the next solves. They must read
+  /// the same variables as before.
   [[nodiscard]] Functions& functions() {
     for (Part& part : parts_) part.point.clear();
     return functions_;

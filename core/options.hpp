@@ -200,7 +200,7 @@ struct SolverOptions {
   double minmax_curvature_tol = 1e-8;
 };
 
-/// Scaling factors outside are refused: products with them would leave the range of double.
+/// Scaling factors outside this range are refused: products with them could overflow.
 inline constexpr double kLeastScaling = 1e-20, kLargestScaling = 1e20;
 [[nodiscard]] constexpr bool is_sane_scaling(double factor) {
   return factor >= kLeastScaling && factor <= kLargestScaling;

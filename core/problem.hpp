@@ -13,8 +13,8 @@ namespace IPMINMAX_API ipminmax {
 /// Who chooses a variable or owns a constraint: the minimizer x or the maximizer y.
 enum class Player : std::uint8_t { Min, Max };
 
-/// What does not change during a solve. n variables v and m constraints g of both players, in any
-/// order. Bounds outside (nlp_lower_bound_inf, nlp_upper_bound_inf) are absent bounds.
+/// Describes a model: n variables v and m constraints g of both players, in any order. It must not
+/// change during a solve. A bound outside (nlp_lower_bound_inf, nlp_upper_bound_inf) is absent.
 struct ProblemStructure {
   std::vector<Player> variable_players;       ///< n
   std::vector<Player> constraint_players;     ///< m; see implied_constraint_players
@@ -23,36 +23,36 @@ struct ProblemStructure {
   std::vector<double> constraint_lower;       ///< m; equal to the upper bound for an equality
   std::vector<double> constraint_upper;       ///< m
   std::vector<Triplet> jacobian;              ///< row = constraint, col = variable; duplicates add
-  std::vector<Triplet> hessian;               ///< one of (i,j) and (j,i); duplicates add
+  std::vector<Triplet> hessian;               ///< (i,j) or (j,i), not both; duplicates add
   std::vector<std::string> variable_names;    ///< n or empty; used in messages
   std::vector<std::string> constraint_names;  ///< m or empty; used in messages
-  /// Indices that messages give, n and m, or empty: their own. A problem that is built from a model
-  /// sets the model's; -1: none, the name stands alone.
+  /// Indices that messages show, n and m entries, or empty: positions in these vectors. A problem
+  /// that is built from another model sets that model's indices; -1: only the name is shown.
   std::vector<Index> variable_numbers{};
   std::vector<Index> constraint_numbers{};
   bool has_hessian = true;  ///< false: the model has no second derivatives, hessian is empty
-  /// Variables in which f or g are nonlinear, where the model says so; used when the structure of
-  /// the Hessian is not given.
+  /// Variables in which f or g are nonlinear, if the model knows them. They are used if the model
+  /// gives no structure of the Hessian.
   std::optional<std::vector<Index>> nonlinear_variables{};
-  /// n or empty: the robust constraint, with one bound, that alone a Max variable serves, and
-  /// through Max's constraints the variables tied to it; -1: none. Such variables maximize their
-  /// constraint however small its multiplier is.
+  /// n or empty. For a Max variable that only one robust constraint with one bound reads, directly
+  /// or through Max's constraints: the index of that constraint; else -1. Such a variable maximizes
+  /// its constraint however small the multiplier is.
   std::vector<Index> served_constraint{};
-  /// n or empty: units in which a solve measures the variables unless the user scales them; a
-  /// problem that is built from a model sets them.
+  /// n or empty: units of the variables inside the solve, unless the user scales them. A problem
+  /// that is built from another model sets them.
   std::vector<double> variable_units{};
 };
 
-/// A constraint with a Jacobian entry in a Max variable belongs to Max, any other to Min.
-/// Indices must be in range.
+/// Returns the default owners of the constraints: Max for a constraint with a Jacobian entry in a
+/// Max variable, else Min. Indices must be in range.
 [[nodiscard]] std::vector<Player> implied_constraint_players(const ProblemStructure& structure);
-/// The same in a vector that is there, of any size.
+/// Writes the same into `players`, which is resized to m.
 void implied_constraint_players(const ProblemStructure& structure, std::vector<Player>& players);
 
-/// Where a solve starts. Spans are writable and hold zeros on entry.
+/// The start of a solve, which the model fills in. Spans hold zeros on entry.
 struct StartingPoint {
   std::span<double> v;             ///< n
-  bool needs_multipliers = false;  ///< whether the following are read (warm start)
+  bool needs_multipliers = false;  ///< whether the multipliers below are read (warm start)
   std::span<double> lambda;        ///< m
   std::span<double> z_lower;       ///< n; signs as in Result
   std::span<double> z_upper;       ///< n
@@ -69,19 +69,19 @@ class BoxFunctions;
 
 /// A model: min over x, max over y of f(v) subject to bounds on v and g(v).
 ///
-/// Evaluations return false when the function is undefined at v; the solver then shortens its step.
-/// new_v is false when v is the same as in the last evaluation call of any kind. Values are written
-/// in the order of the structure's triplets.
+/// Evaluations return false if the function is undefined at v; the solver then shortens its step.
+/// new_v is false if v is the same as in the last evaluation of any kind. Entries of matrices are
+/// written in the order of the structure's triplets.
 class Problem {
  public:
   virtual ~Problem() = default;
 
   [[nodiscard]] virtual const ProblemStructure& structure() const = 0;
 
-  /// False: no starting point can be given.
+  /// Fills in the start. Returns false if the model has none.
   [[nodiscard]] virtual bool starting_point(StartingPoint& start) = 0;
 
-  /// False: the model has no scaling of its own.
+  /// Fills in the model's scaling factors. Returns false if it has none.
   [[nodiscard]] virtual bool user_scaling(UserScaling&) { return false; }
 
   [[nodiscard]] virtual bool objective(std::span<const double> v, bool new_v, double& f) = 0;
@@ -91,10 +91,11 @@ class Problem {
                                          std::span<double> g) = 0;
   [[nodiscard]] virtual bool jacobian(std::span<const double> v, bool new_v,
                                       std::span<double> values) = 0;
-  /// Some rows alone, ascending: as constraints() and jacobian(), which evaluate all of them by
-  /// default; only g of these rows and the values of their triplets have to be written. Maximizing a
-  /// robust constraint over y asks for its row and Max's. A class that derives from a model with
-  /// rows of its own and overrides constraints() or jacobian() overrides these, too.
+  /// Evaluates only these rows (ascending): writes their entries of g, or the values of their
+  /// triplets; other entries may stay as they are. By default all rows are evaluated. A
+  /// maximization of a robust constraint over y asks for its row and Max's rows. A class that
+  /// overrides constraints() or jacobian() of a model that has these two must override these two as
+  /// well.
   [[nodiscard]] virtual bool constraint_rows(std::span<const Index> /*rows*/,
                                              std::span<const double> v, bool new_v,
                                              std::span<double> g) {
@@ -105,19 +106,19 @@ class Problem {
                                            std::span<double> values) {
     return jacobian(v, new_v, values);
   }
-  /// Hessian of sigma f + lambda' g. Where only some rows are asked for, the others' lambda is 0.
+  /// Evaluates the Hessian of sigma f + lambda' g. Rows that are not needed have lambda 0.
   [[nodiscard]] virtual bool hessian(std::span<const double> v, bool new_v, double sigma,
                                      std::span<const double> lambda, bool new_lambda,
                                      std::span<double> values) = 0;
-  /// Errors of the Hessian at these arguments, n: row_errors[i] = sum over j of |error of H(i,j)|,
-  /// entries that the structure misses included; infinity where nothing is known. False: the
-  /// Hessian is exact up to rounding.
+  /// Estimates the error of the Hessian at these arguments: row_errors[i] (n entries) is the sum
+  /// over j of |error of H(i,j)|, entries that the structure misses included; infinity if it is not
+  /// known. Returns false if the Hessian is exact up to rounding.
   [[nodiscard]] virtual bool hessian_errors(std::span<const double> /*v*/, double /*sigma*/,
                                             std::span<const double> /*lambda*/,
                                             std::span<double> /*row_errors*/) {
     return false;
   }
-  /// The functions over boxes (proof.hpp), with the model's own numbers; null: there are none.
+  /// Returns the functions over boxes (proof.hpp), or null if the model has none.
   [[nodiscard]] virtual const BoxFunctions* over_boxes() const { return nullptr; }
 };
 

@@ -11,8 +11,8 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// The model of AutodiffProblem, with its formulas over boxes. With minmax_threads above 1 several
-/// threads evaluate them.
+/// An AutodiffProblem whose formulas can also be evaluated over boxes of its variables, with
+/// minmax_threads above 1 by several threads at once.
 template <class Functions>
 class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunctions {
  public:
@@ -34,46 +34,48 @@ class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunct
 template <class Functions>
 ProvableProblem(Functions, ModelData) -> ProvableProblem<Functions>;
 
-/// What is to be proved, and how hard to try.
+/// What prove_worst_case proves, and how much work it may do.
 struct ProofRequest {
-  Index constraint = -1;  ///< of Min's that reads Max variables; -1: the objective
-  bool least = false;     ///< the least value over y (of a constraint with a lower bound)
-  /// Gap at which the value counts as proved, over the range of the values seen.
+  Index constraint = -1;  ///< a robust constraint; -1: the objective
+  bool least = false;     ///< prove the least value over y (for a constraint with a lower bound)
+  /// Gap at which the value counts as proved, relative to the range of the values seen.
   double tolerance = 1e-6;
   Index starts = 8;              ///< maximizations that look for the value first
-  Index most_boxes = 1'000'000;  ///< looked at
+  Index most_boxes = 1'000'000;  ///< largest number of boxes examined
 };
 
-/// Proves how large f or a robust constraint can become over all of y at the x of v: branch and bound
-/// over Max's free variables, at most IntervalJet::kMostDirections, all with two bounds. Boxes are
-/// bounded by interval arithmetic with outward rounding (interval.hpp): the formulas themselves,
-/// their mean-value form, their second-order form, and the latter two of the Lagrangian with the
-/// multipliers of the value seen, f <= f + lambda (u - g) on Y(x). Boxes in which a constraint of
-/// Max's fails everywhere go; where all of them hold everywhere so do boxes without a stationary
-/// point and those that f bends upward in.
+/// Proves a bound of the largest value of f or of a robust constraint over all of y at the x of v
+/// (n values). The method is branch and bound over Max's free variables: at most
+/// IntervalJet::kMostDirections of them, each with two bounds. A box is bounded by interval
+/// arithmetic with outward rounding (interval.hpp): by the formulas, their mean-value form, their
+/// second-order form, and the latter two of the Lagrangian with the multipliers of the value seen,
+/// f <= f + lambda (u - g) on Y(x). A box is discarded if a constraint of Max fails everywhere in
+/// it. If all of them hold everywhere, it is also discarded if it has no stationary point or if f
+/// is convex along some direction in it.
 ///
-/// What is proved is the claim about the formulas; what is trusted is the model's code, the compiler
-/// and the C library's accuracy.
+/// The proof is about the formulas. It trusts the model's code, the compiler and the accuracy of
+/// the C library.
 ///
-/// std::invalid_argument: the problem has no functions over boxes, v is not n finite values, or the
-/// request is wrong. Variables that cannot be cut leave the proof incomplete, unless the formulas
-/// over all of y at once are tight. Limits of time and the observer, who hears of the maximizations
-/// and of every thousandth box, end the proof with what is proved so far.
+/// Throws std::invalid_argument if the problem has no functions over boxes, v is not n finite
+/// values, or the request is invalid. A variable that cannot be cut leaves the proof incomplete,
+/// unless the bound over all of y at once is tight. A time limit or the observer ends the proof
+/// with what is proved so far; the observer is called for the maximizations and for every
+/// thousandth box.
 ///
-/// Option minmax_worst_case_proof does the same for f and every robust constraint at the answer of
-/// a solve (Result::over_y.proofs).
+/// The option minmax_worst_case_proof does the same for f and every robust constraint at the answer
+/// of a solve (Result::over_y.proofs).
 [[nodiscard]] WorstCaseProof prove_worst_case(Problem& problem, std::span<const double> v,
                                               const SolverOptions& options,
                                               const ProofRequest& request = {},
                                               const MultistartObserver& observer = {});
 
-/// The same by all ranks of an MPI program that call this with equal arguments: each searches its
-/// share of 64 parts of the domain, most_boxes / 64 boxes in each at most. All get the same answer,
-/// with the same bits for any number of ranks. The model is called in another thread than the
-/// calling one, which is the one that calls MPI.
+/// Proves the same on all ranks of an MPI program, each of which must call this with equal
+/// arguments. The domain is divided into 64 parts with at most most_boxes / 64 boxes each. All
+/// ranks return the same answer, bit by bit, for any number of ranks. The calling thread calls MPI;
+/// another thread calls the model.
 ///
-/// Throws as prove_worst_case, SolverUnavailable as multistart_over_ranks does, and
-/// std::runtime_error where another rank's model threw or a rank has died.
+/// Throws as prove_worst_case; SolverUnavailable as multistart_over_ranks; std::runtime_error if
+/// the model of another rank threw or a rank has died.
 [[nodiscard]] WorstCaseProof prove_worst_case_over_ranks(Problem& problem,
                                                          std::span<const double> v,
                                                          const SolverOptions& options,

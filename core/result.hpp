@@ -53,20 +53,20 @@ enum class Status : std::uint8_t {
 [[nodiscard]] bool is_success(Status status);
 
 enum class PointKind : std::uint8_t {
-  LocalMinmax,      ///< first-order point, both inertias right with margin, LICQ
-  FirstOrderPoint,  ///< first-order point; second-order test undecided or failed, see the verdict
+  LocalMinmax,      ///< certified: both inertias as expected, with a margin
+  FirstOrderPoint,  ///< stationary, not certified; Certificate::second_order says more
   FeasiblePoint,
   InfeasiblePoint,
   Unknown  ///< no point, or one at which the constraints are undefined
 };
 [[nodiscard]] std::string_view name_of(PointKind kind);
 
-/// Outcome of the second-order test.
+/// Outcome of the second-order test (docs/certificate.md).
 enum class SecondOrder : std::uint8_t {
   NotTested,  ///< not a first-order point, or minmax_certificate none
   Satisfied,
-  Undecided,  ///< nothing could be shown; Certificate::reasons say why
-  Violated,   ///< an inertia with a definite wrong sign
+  Undecided,  ///< neither certified nor refuted; Certificate::reasons say why
+  Violated,   ///< refuted: a player gains along some direction
   /// Not refuted, and the value stays the same, to rounding, along every direction without
   /// curvature: one of many equally good x (without x: of many equally good y).
   Flat
@@ -83,7 +83,7 @@ enum class InnerAnswer : std::uint8_t {
 };
 [[nodiscard]] std::string_view name_of(InnerAnswer answer);
 
-/// Why a point is not certified; at a certified point a remark.
+/// A reason why a point is not certified; at a certified point a remark.
 struct CertificateReason {
   enum class Kind : std::uint8_t {
     WeaklyActive,       ///< an active bound or inequality with multiplier zero
@@ -95,7 +95,7 @@ struct CertificateReason {
     NotIsolated,        ///< Newton's method does not contract towards a solution
     /// Second derivatives change by more than the curvature on the way to the solution.
     Unsteady,
-    RobustRow,     ///< a robust constraint's worst case is not settled
+    RobustRow,     ///< the worst case of a robust constraint is not certain
     Differences,   ///< second derivatives from differences are too uncertain
     WrongHessian,  ///< second derivatives disagree with gradients, or these with values
     Effort,        ///< minmax_certificate quick, or the budget is used up
@@ -139,17 +139,17 @@ struct Certificate {
   /// Whether the model's second derivatives disagree with differences of its gradients; the result
   /// is then Undecided.
   bool hessian_disagrees = false;
-  /// With minmax_certificate proved: whether it is proved that exactly one strict local minmax of
-  /// the formulas lies in a ball around the point. It is at most proved_within from the point in
-  /// every variable (infinite: not proved).
+  /// With minmax_certificate proved: whether exactly one strict local minmax of the formulas is
+  /// proved to lie near the point. It differs from the point by at most proved_within in every
+  /// variable (infinite: not proved).
   bool proved = false;
   double proved_within = std::numeric_limits<double>::infinity();
   std::string proof;  ///< one sentence: what is proved, or why nothing is; empty: not asked for
 };
 
-/// Errors of the first-order conditions. Infinity norms, NaN where the model's functions are
-/// undefined; total is Ipopt's scaled E_0 with respect to the relaxed bounds (bound_relax_factor),
-/// the others are unscaled.
+/// Errors of the first-order conditions: infinity norms, unscaled except where noted, NaN if a
+/// function is undefined. `total` is Ipopt's scaled E_0 with respect to the relaxed bounds
+/// (bound_relax_factor).
 struct KktError {
   double primal = 0.0;  ///< violation of constraints and bounds, or of g = slack if that is larger
   double dual_min = 0.0;         ///< gradient of the Lagrangian in the Min variables

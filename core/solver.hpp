@@ -9,10 +9,9 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// Solves the problem as the options ask, other starts, other y, robust constraints and branches
-/// included: the best point of run() (answer.hpp), with its four statements (result.hpp). Never
-/// throws for what the model or the numbers do; exceptions thrown by the model's functions pass
-/// through, std::bad_alloc gives OutOfMemory.
+/// Solves the problem as the options ask, including other starts, other y, robust constraints and
+/// kinks. Returns the best point of run() (answer.hpp). A failure is a status, not an exception;
+/// exceptions of the model pass through, and std::bad_alloc gives OutOfMemory.
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
                            const IterationCallback& on_iteration = {});
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
@@ -20,19 +19,17 @@ namespace IPMINMAX_API ipminmax {
 
 struct KeptWork;
 
-/// Solves again and again models of the same structure, whose numbers may differ: objective,
-/// constraint functions, values of bounds, starting point; so may the options. Kept from one solve
-/// to the next are
+/// Solves models of the same structure one after the other. Functions, values of bounds, starting
+/// point and options may change between solves. It keeps
 ///   - the orderings and symbolic factorizations: Counts::analyses of the next Result is 0,
 ///   - the gradient-based scaling,
 ///   - the arrays,
-///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed),
-///   - with robust constraints, none of the above but their worst cases: with warm_start_init_point
-///     the next solve starts at these; the check over y looks at minmax_worst_case_starts others as
-///     ever.
-/// The structure is compared each time: when players, patterns, or the kinds of bounds and
-/// constraints have changed (absent, one-sided, equal), or an option that one of the three depends
-/// on, what no longer fits is made anew. For one thread at a time.
+///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed).
+/// With robust constraints it keeps their worst cases instead: with warm_start_init_point the next
+/// solve starts at these. The search over y uses minmax_worst_case_starts other starts as always.
+/// Each solve compares the structure. If players, patterns or the kinds of bounds (absent,
+/// one-sided, equal) have changed, what no longer fits is computed again. Use by one thread at a
+/// time.
 class RepeatedSolver {
  public:
   RepeatedSolver();
@@ -40,16 +37,16 @@ class RepeatedSolver {
   RepeatedSolver(RepeatedSolver&&) noexcept;
   RepeatedSolver& operator=(RepeatedSolver&&) noexcept;
 
-  /// As the function solve. After an exception of the model the next solve begins anew.
+  /// Solves as the function solve does. After an exception of the model nothing is kept.
   [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
                              const SolveObserver& observer = {});
-  /// The same into a result, whose arrays are used again: as long as nothing changes but numbers, a
-  /// solve that goes as the one before allocates nothing.
+  /// Solves into `result`, whose arrays are used again. If only numbers change and the solve takes
+  /// the same course as the last one, it allocates no memory.
   void solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
              Result& result);
 
-  /// Worst cases of robust constraints at which the next solve starts, instead of those of the
-  /// last one, if it is a warm start: as moved one stage ahead.
+  /// Sets the worst cases at which the next solve starts if it is a warm start, instead of those of
+  /// the last solve; for example those of the last solve moved one stage ahead.
   void start_at(std::vector<RobustWorstCase> worst_cases);
 
   /// Forgets what was kept.

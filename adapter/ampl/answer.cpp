@@ -211,19 +211,21 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   };
   message << "Ipminmax " IPMINMAX_VERSION ": " << ipopt_end(result.status).words << ": ";
   const std::string status = status_text(result.status, problem.maximizes(), game);
-  const bool has_details = !result.message.empty() && result.message != name_of(result.status);
+  const auto [why, point, over_y, over_x] = statements(result);
+  const std::string first = why.substr(0, why.find('\n'));
   if (result.certificate.kind == PointKind::LocalMinmax) {
     message << "certified local " << name_of_optimum(problem.maximizes(), problem);
     if (result.status != Status::Solved) message << ", " << status;
   } else {
     message << status;
   }
-  if (has_details) message << " (" << spoken(result.message) << ")";
+  if (first != name_of(result.status)) message << " (" << spoken(first) << ")";
   if (!problem.has_player(Player::Max) && split_warning(problem).empty())
     message << (problem.maximizes() ? "; no Min variable: a maximization"
                                     : "; no Max variable: a minimization")
             << " (neither suffix player nor minmax_max_variables names one; Pyomo: "
                "Suffix(direction=Suffix.EXPORT))";
+  message << spoken(why.substr(first.size()));
   if (!result.v.empty() || problem.players().empty()) {
     message << std::setprecision(10) << "\nobjective "
             << (problem.maximizes() ? -result.objective : result.objective) << ", "
@@ -238,7 +240,6 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   }
   print_worst_cases(message, worst_cases, problem);
   if (game) {
-    const auto [why, point, over_y, over_x] = statements(result);
     message << "\nover all " << (problem.maximizes() ? "y, of the negative objective: " : "y: ")
             << over_y << "\nover x: " << over_x;
   }

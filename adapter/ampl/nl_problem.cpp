@@ -524,15 +524,16 @@ void NlProblem::move_to(const double* x) {
 bool NlProblem::evaluate(const double* x) {
   ASL* asl = asl_;
   move_to(x);
-  if (evaluated_) return defined_;
+  if (evaluated_) return f_is_defined_ && g_is_defined_;
   evaluated_ = true;
   g_.resize(static_cast<std::size_t>(n_con));
   fint error = 0;
   f_ = objective_ >= 0 ? sign_ * objval(objective_, x_.data(), &error) : 0.0;
   fint constraint_error = 0;
   if (n_con > 0) conval(x_.data(), g_.data(), &constraint_error);
-  defined_ = is_defined(error != 0 || constraint_error != 0);
-  return defined_;
+  f_is_defined_ = is_defined(error != 0);
+  g_is_defined_ = is_defined(constraint_error != 0);
+  return f_is_defined_ && g_is_defined_;
 }
 
 /// failed: what ASL says of an evaluation at x_.
@@ -561,14 +562,15 @@ void NlProblem::halt_where_undefined() {
 }
 
 bool NlProblem::eval_f(Index, const double* x, bool, double& value) {
-  if (!evaluate(x)) return false;
+  evaluate(x);
   value = f_;
-  return true;
+  return f_is_defined_;
 }
 
 bool NlProblem::eval_grad_f(Index n, const double* x, bool, double* gradient) {
   ASL* asl = asl_;
-  if (!evaluate(x)) return false;
+  evaluate(x);
+  if (!f_is_defined_) return false;
   std::fill(gradient, gradient + n, 0.0);
   if (objective_ < 0 || variables() == 0) return true;
   fint error = 0;
@@ -578,9 +580,9 @@ bool NlProblem::eval_grad_f(Index n, const double* x, bool, double* gradient) {
 }
 
 bool NlProblem::eval_g(Index, const double* x, bool, Index, double* g) {
-  if (!evaluate(x)) return false;
+  evaluate(x);
   std::copy(g_.begin(), g_.end(), g);
-  return true;
+  return g_is_defined_;
 }
 
 bool NlProblem::eval_jac_g(Index, const double* x, bool, Index m, Index, Index* rows,
@@ -594,7 +596,8 @@ bool NlProblem::eval_jac_g(Index, const double* x, bool, Index m, Index, Index* 
       }
     return true;
   }
-  if (!evaluate(x)) return false;
+  evaluate(x);
+  if (!g_is_defined_) return false;
   fint error = 0;
   if (m > 0) jacval(x_.data(), values, &error);
   return is_defined(error != 0);

@@ -127,7 +127,7 @@ class NlProblem : public MinMaxTNLP,
   [[nodiscard]] bool is_linear(const std::vector<double>& from, int first, int last);
   /// From now on at x.
   void move_to(const double* x);
-  /// Values of f and g at x, which ASL's derivatives build on. False where one is undefined.
+  /// Evaluates f and g at x, which ASL's derivatives build on. Returns false if one is undefined.
   bool evaluate(const double* x);
   [[nodiscard]] bool is_defined(bool failed);
 
@@ -143,7 +143,7 @@ class NlProblem : public MinMaxTNLP,
   std::vector<double> x_, g_, undefined_at_;
   bool evaluated_ = false;  ///< f_ and g_ are those of x_
   double f_ = 0.0;
-  bool defined_ = false;
+  bool f_is_defined_ = false, g_is_defined_ = false;
   bool has_player_suffix_ = false;
   bool halt_on_error_ = false;
   const volatile std::sig_atomic_t* stop_ = nullptr;

@@ -120,8 +120,7 @@ std::string disagreement(const CanonicalProblem& canonical, const Deviation& fou
   const double percent = 100.0 * std::abs(found.exact - found.difference) / size;
   return "the second derivatives in " + canonical.column_name(found.index) +
          " disagree with differences of the gradient by " + number_text(percent, 3) +
-         " percent: either may be wrong, and no certificate rests on that; try derivative_test "
-         "second-order, which tests both";
+         " percent, so nothing is certified; derivative_test second-order tells which is wrong";
 }
 
 /// The certificate of a verdict about a trial.

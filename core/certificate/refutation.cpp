@@ -48,7 +48,7 @@ void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
   const NewtonTest& newton = trial.newton;
   if (newton.done && !newton.set_holds) {
     c.reasons.add_about(Kind::NotIsolated, newton.changing,
-                        "which bounds are active is not decided: a Newton step changes that of ");
+                        "which bounds are active is undecided: a Newton step changes that of ");
   } else if (!trial.converges && newton.left_in >= 0) {
     c.reasons.add_about(Kind::NotIsolated, newton.left_in,
                         "Newton's method does not converge here, so the solution may not be "
@@ -59,8 +59,8 @@ void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
                   "model is undefined at the end of a step");
   } else if (!gradients_hold(trial)) {
     c.reasons.add_about_row(Kind::Unsteady, newton.turning,
-                            "gradients of active constraints turn by too much on the way to the "
-                            "solution, most that of ");
+                            "gradients of active constraints change too much between this point "
+                            "and the solution, most that of ");
   } else if (!c.reasons.has_obstacle() && c.may_factorize(2)) {
     measure_inertias(c, system, trial);
     c.examine_curvature(trial.point, without_inactive(c.canonical, trial.set, newton.end.lambda),
@@ -68,11 +68,10 @@ void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
     const Index least = std::max(c.arrays.curvature.found.variable, 0);
     c.reasons.add_about(
         Kind::LittleCurvature, least,
-        "the curvature is neither clearly right nor clearly wrong, least of all in ");
+        "the curvature is neither clearly right nor clearly wrong; it is smallest in ");
   }
   if (c.stopped) {
-    c.reasons.add(Kind::Effort, Player::Min,
-                  "the test was ended after its share of factorizations");
+    c.reasons.add(Kind::Effort, Player::Min, "the test has used up its factorizations");
   }
 }
 

@@ -210,7 +210,7 @@ SearchOverY search_over_y(const RobustForm& form, const std::vector<SideScan>& s
                 (side.valueless_corners.empty()
                      ? " has many maxima over y: " + std::to_string(side.maxima.size()) +
                            " found, a higher one is to be expected"
-                     : " has no value at a corner of y, what follows diverges: " +
+                     : " has no value at a corner of y, where the dependent states diverge: " +
                            describe_y(form.solved.structure(), side.constraint,
                                       side.valueless_corners.front()));
     if (!of_objective) seen.open_constraint = side.constraint;

@@ -339,13 +339,8 @@ void Starts::audit_best(Result& best) {
   Result work;
   audit(*workers_.front().model, options_, witnesses_, budget_, best, work.counts);
   outcomes_.add_work(work);
-  if (!looks) return;
-  if (best.worst_case.higher && best.status != Status::WorstCaseNotMet) {
-    best.message += "; " + describe_worst_case(best);
-  } else if (best.status == Status::NoLocalMinmaxFound && !with_branches() &&
-             best.error.primal <= options_.constr_viol_tol) {
-    best.message += "; minmax_epigraph_at_kinks yes goes on over the branches of y";
-  }
+  if (looks && best.worst_case.higher && best.status != Status::WorstCaseNotMet)
+    best.message += "\n" + describe_worst_case(best);
 }
 
 }  // namespace ipminmax

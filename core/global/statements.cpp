@@ -7,6 +7,7 @@
 
 #include "core/answer.hpp"
 #include "core/model/parameters.hpp"
+#include "core/model/status_table.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/worst_case.hpp"
 
@@ -17,7 +18,7 @@ namespace {
 std::string number(double value) { return number_text(value, 8); }
 
 constexpr const char* kOverBranches =
-    "; minmax_epigraph yes, with minmax_worst_case_starts, minimizes over the branches of y";
+    "\nminmax_epigraph yes, with minmax_worst_case_starts, minimizes the largest of the maxima";
 
 /// "(a, b, c, ...)"
 std::string list(const std::vector<double>& values, std::size_t most) {
@@ -37,7 +38,7 @@ std::string describe_worst_case(const Result& result) {
     return "value " + number(result.objective) +
            " is a local worst case only: the y of another start, y = " +
            list(found.y, parameters::kSeveral) + ", gives " + number(found.value) +
-           " at this x; minmax_worst_case_starts N maximizes over y" + kOverBranches;
+           " at this x\nminmax_worst_case_starts N searches for others" + kOverBranches;
   }
   const std::string searched = " in " + std::to_string(found.starts) + " maximization" +
                                (found.starts == 1 ? "" : "s") + " over y";
@@ -119,8 +120,10 @@ std::string looked_over_y(const Result& result) {
 
 std::array<std::string, 4> statements(const Result& result) {
   const SearchOverX& x = result.over_x;
-  return {result.message.empty() ? std::string(name_of(result.status)) : result.message,
-          what_it_is(result), looked_over_y(result),
+  std::string why = result.message.empty() ? std::string(name_of(result.status)) : result.message;
+  if (const auto advice = row_of(result.status).advice; !advice.empty())
+    why.append("\n").append(advice);
+  return {why, what_it_is(result), looked_over_y(result),
           x.made == x.asked
               ? count(x.made, "start")
               : std::to_string(x.made) + " of " + std::to_string(x.asked) + " starts"};

@@ -59,8 +59,8 @@ bool GlobalizedMethod::restore(Run& run) {
   return fail(
       run, Status::RestorationFailed,
       outcome == RestorationOutcome::Unproved
-          ? "the feasibility restoration ended where linear_solver ldlt, which does not pivot, "
-            "cannot tell a minimum of the violation from a saddle: auto and mumps can"
+          ? "the feasibility restoration ended at a minimum or a saddle of the violation, which "
+            "linear_solver ldlt cannot tell apart\nuse linear_solver auto or mumps"
           : "the feasibility restoration failed");
 }
 

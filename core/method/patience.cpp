@@ -14,8 +14,8 @@ namespace ipminmax {
 namespace {
 
 constexpr std::array<std::string_view, 5> kTexts = {
-    "no maximum over y in reach", "another branch of y became the higher one",
-    "to and fro without progress", "infeasible", "no step acceptable"};
+    "no maximum over y was found", "another y became the higher maximum", "x moved to and fro",
+    "the constraints were not met", "no step was acceptable"};
 /// Min variables that are shown.
 constexpr Index kShown = 3;
 
@@ -51,10 +51,11 @@ std::optional<Patience::End> Patience::set_back(Setback kind) {
   setbacks_.add(kind);
   if (setbacks_.total() <= allowed_) return std::nullopt;
   if (2 * inner_unbounded_ > setbacks_.total()) {
-    return End{Status::InnerUnbounded, "the maximization over the Max variables looks unbounded"};
+    return End{Status::InnerUnbounded, "the maximization over y looks unbounded"};
   }
-  return End{Status::NoLocalMinmaxFound,
-             "the branches of inner maxima followed from here end or meet in a kink"};
+  return End{
+      Status::NoLocalMinmaxFound,
+      "the maximum over y disappears or jumps near here, so max over y of f may have a kink"};
 }
 
 std::optional<Patience::End> Patience::inner_phase_failed(bool y_ran_away) {

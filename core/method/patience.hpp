@@ -27,7 +27,7 @@ class Setbacks {
  public:
   void add(Setback kind) { ++counts_[static_cast<std::size_t>(kind)]; }
   [[nodiscard]] Index total() const;
-  /// "no maximum over y in reach (3 times), ...", those met, with the Min variables of the last.
+  /// "no maximum over y was found (3 times), ...", those met, with the Min variables of the last.
   [[nodiscard]] std::string describe(const CanonicalProblem& canonical,
                                      const Eigen::VectorXd& v) const;
 

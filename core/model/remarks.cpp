@@ -184,16 +184,15 @@ std::vector<std::array<bool, 2>> readers(const ProblemStructure& s, Counts&& cou
 /// Where no stationary point withstands, or branches of y end, max over y of f may have a kink.
 std::string at_possible_kink(const ProblemStructure& s) {
   std::string text =
-      "if another y is as good here, max over y of f has a kink: minmax_epigraph yes minimizes "
-      "over "
-      "the branches of y";
+      "if another y is as good here, max over y of f has a kink: minmax_epigraph yes minimizes the "
+      "largest of the maxima over y";
   const auto reads = readers(s, [](std::size_t) { return true; });
   for (std::size_t j = 0; j < reads.size(); ++j) {
     if (s.constraint_players[j] != Player::Max || s.constraint_lower[j] != s.constraint_upper[j] ||
         reads[j][0]) {
       continue;
     }
-    return text + "; an inequality in place of Max's equation " +
+    return text + "\nan inequality in place of Max's equation " +
            constraint_name(s, static_cast<Index>(j)) + " may have no kink";
   }
   return text;
@@ -215,8 +214,8 @@ std::string unmet_by_max(const ProblemStructure& s, const SolverOptions& options
   if (!(most > options.constr_viol_tol)) return {};
   return "Max's constraints are not met at this x, " +
          constraint_name(s, static_cast<Index>(worst)) + " by " + number_text(most, 3) +
-         ": no y may satisfy them there. Do they restrict Min instead, or is a variable of "
-         "theirs Max's that should be Min's?";
+         ": no y may satisfy them there\n"
+         "do they restrict Min instead, or is a variable of theirs Max's that should be Min's?";
 }
 
 std::string remedies(const ProblemStructure& s, const SolverOptions& options,
@@ -232,30 +231,21 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
   std::string text;
   for (const std::string& mistake : split_remarks(s)) text += (text.empty() ? "" : " ") + mistake;
   if (!text.empty()) return text;
-  std::size_t bounded = 0, at_bound = 0;
   Index largest = -1;
   for (std::size_t i = 0; i < n; ++i) {
     const double lower = s.variable_lower[i], upper = s.variable_upper[i];
     if (s.variable_players[i] != Player::Max || !(lower < upper)) continue;
-    if (lower <= options.nlp_lower_bound_inf || upper >= options.nlp_upper_bound_inf) {
-      if (largest < 0 || std::abs(result.v[i]) > std::abs(result.v[at(largest)]))
-        largest = static_cast<Index>(i);
-      continue;
-    }
-    ++bounded;
-    const double near = parameters::kTrace * (upper - lower);
-    at_bound += result.v[i] - lower <= near || upper - result.v[i] <= near ? 1 : 0;
+    if (lower > options.nlp_lower_bound_inf && upper < options.nlp_upper_bound_inf) continue;
+    if (largest < 0 || std::abs(result.v[i]) > std::abs(result.v[at(largest)]))
+      largest = static_cast<Index>(i);
   }
   if (runs_away && largest >= 0) {
-    text = "the disturbance wins: f grows with " + variable_name(s, largest) + ". ";
-  } else if (bounded > 0) {
-    text = std::to_string(at_bound) + " of Max's " + plural(bounded, "bounded variable") +
-           " at a bound. ";
+    text = "the disturbance wins: f grows with " + variable_name(s, largest) + "\n";
   }
   return text +
-         "What may help: a higher price of Max's variables in f (find_price: from which on), "
+         "what may help: a higher price of Max's variables in f (find_price finds the least one), "
          "tighter bounds for them, feedback for Min" +
-         (kink ? ", minmax_starts; " + at_possible_kink(s) : "");
+         (kink ? ", other starts (minmax_starts)\n" + at_possible_kink(s) : "");
 }
 
 std::string coupled_remark(const ProblemStructure& s) {

@@ -18,6 +18,7 @@ struct StatusRow {
     End        ///< of the solve: a limit, the user, a refusal
   };
   Group group = Group::End;
+  std::string_view advice = {};  ///< what the user can do; empty where the message says it
 };
 
 [[nodiscard]] const StatusRow& row_of(Status status);

@@ -71,7 +71,7 @@ std::string find_wrong_gradient(CanonicalProblem& canonical, const Eigen::Vector
   if (!wrong) return {};
   const std::string of = wrong->index < 0 ? "the objective" : canonical.row_name(wrong->index);
   return "the gradient of " + of + " looks wrong " + where + beside(*wrong) +
-         ": try derivative_test first-order";
+         "\ntry derivative_test first-order";
 }
 
 std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
@@ -91,7 +91,7 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
                                                     generic_step(canonical, v, parameters::kHardly),
                                                     scaling.variable, parameters::kTrace, arrays)) {
     return "the second derivatives in " + canonical.column_name(wrong->index) +
-           " look wrong at the last point" + beside(*wrong) + ": try derivative_test second-order";
+           " look wrong at the last point" + beside(*wrong) + "\ntry derivative_test second-order";
   }
   return "first and second derivatives agree with differences there";
 }
@@ -115,8 +115,8 @@ std::string structural_zeros(Problem& problem, Result& result) {
     if (listed[j] < 0 || read[j]) continue;
     return constraint_name(s, static_cast<Index>(j)) + " is Max's and its Jacobian lists " +
            variable_name(s, listed[j]) +
-           ", but no variable of Max's moves it at the last point: if it depends on none, leave "
-           "these entries out, and it is Min's";
+           ", but no variable of Max's changes it at the last point\n"
+           "if it depends on none, leave these entries out: then it is Min's";
   }
   return {};
 }
@@ -142,7 +142,7 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   for (const std::string& text : {verdict, structural_zeros(problem, result), help}) {
     if (text.empty()) continue;
     if (result.message.empty()) result.message = std::string(name_of(result.status));
-    result.message += "; " + text;
+    result.message += "\n" + text;
   }
 }
 

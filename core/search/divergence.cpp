@@ -114,7 +114,7 @@ void name_divergence(CanonicalProblem& canonical, const Point& point, Status& st
   if (!can_be_divergence(status)) return;
   if (has_run_away(canonical, point, {canonical.y().begin, canonical.variables()})) {
     status = Status::InnerUnbounded;
-    message = "the maximization over the Max variables looks unbounded";
+    message = "the maximization over y looks unbounded";
   } else if (has_run_away(canonical, point, {0, canonical.y().begin})) {
     status = Status::OuterUnbounded;
     message = "the minimization looks unbounded";

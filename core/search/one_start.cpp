@@ -129,8 +129,8 @@ Result solve_once(Problem& problem, const SolverOptions& options, Budget& budget
   if (approximation == Exact) {
     return without_point(
         Status::InvalidOption,
-        "hessian_approximation = exact needs second derivatives, and the model has none; "
-        "finite-difference-values takes differences of first derivatives");
+        "hessian_approximation = exact needs second derivatives, and the model has none\n"
+        "use finite-difference-values");
   }
   if (approximation == LimitedMemory && !has_max_variables(problem.structure())) {
     return solve_by_quasi_newton(problem, options, budget, observer, kept);
@@ -168,7 +168,7 @@ Result solve_elsewhere(Problem& problem, const SolverOptions& options, Budget& b
     Result result = solve_once(restarted, cold, budget, observer, kept);
     const bool defined = !start_is_undefined(result);
     if (defined && !is_success(result.status)) {
-      result.message += " (from " + which + ": " + undefined.message + ")";
+      result.message += "\nthis is from " + which + ", since " + undefined.message;
     }
     Result& all = defined ? result : undefined;
     add_work(defined ? undefined : result, all);

@@ -9,7 +9,7 @@
 namespace ipminmax {
 namespace {
 
-constexpr const char* kToInfinity = "the iterates run to infinity, where the gradient vanishes";
+constexpr const char* kToInfinity = "the iterates diverge while the gradient goes to zero";
 
 /// Whether K_yy has a wrong sign, although no direction was found that proves it.
 bool seems_wrong(const Certificate& found) {

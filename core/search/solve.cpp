@@ -130,10 +130,10 @@ Result Solve::run_checked() {
   }
   if (options_.mu_strategy == BarrierStrategy::Adaptive && canonical_.max_size() > 0 &&
       options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
-    return without_point(
-        Status::InvalidOption,
-        "adaptive_mu_globalization = obj-constr-filter is not available with Max variables, for "
-        "whom the objective may rise; kkt-error is");
+    return without_point(Status::InvalidOption,
+                         "adaptive_mu_globalization = obj-constr-filter is for minimizations: with "
+                         "Max variables the "
+                         "objective may rise\nuse kkt-error");
   }
   if (options_.minmax_certificate == CertificateEffort::None && canonical_.max_size() > 0) {
     return without_point(
@@ -213,7 +213,7 @@ SearchOutcome Solve::search_all(Machinery& machinery, Start& start) {
   SearchOutcome best = std::move(*machinery.best);
   if (search_failed(best.status) && machinery.others.drawn() > 0) {
     if (best.message.empty()) best.message = std::string(name_of(best.status));
-    best.message += " (" + machinery.others.describe() + ")";
+    best.message += "\n" + machinery.others.describe();
   }
   return best;
 }
@@ -261,7 +261,7 @@ std::optional<Start> Solve::start_with_other_rule(Machinery& machinery) {
   }
   machinery.rule_changed = true;
   machinery.observation.say(
-      std::string("no solution from here; anew with mu_strategy ") +
+      std::string("no solution from here; trying again with mu_strategy ") +
       (options_.mu_strategy == BarrierStrategy::Adaptive ? "monotone" : "adaptive"));
   machinery.barrier->begin_anew();
   ++budget_.iteration;
@@ -377,8 +377,8 @@ void Solve::take_best(const BestPoint& best, SearchOutcome& outcome) {
 Result Solve::finish(Machinery& machinery, SearchOutcome outcome) {
   if (returns_best(machinery.best_point, outcome)) take_best(machinery.best_point, outcome);
   if (outcome.of_iteration && !outcome.message.empty()) {
-    outcome.message += " (returned: the best point seen, of iteration " +
-                       std::to_string(*outcome.of_iteration) + ")";
+    outcome.message += "\nthe returned point is the best one seen, of iteration " +
+                       std::to_string(*outcome.of_iteration);
   }
   Result result;
   arrays_.result.give_to(result);

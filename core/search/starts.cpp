@@ -75,9 +75,9 @@ std::string OtherStarts::describe() const {
   const std::string points = drawn_ == 1 ? " other starting point" : " other starting points";
   const std::string why = drawn_ >= context_.options.minmax_max_restarts
                               ? "minmax_max_restarts allows no more"
-                              : "new starts end after " + std::to_string(most_iterations_) +
-                                    " iterations in all, minmax_starts makes more";
-  return "nor from " + std::to_string(drawn_) + points + ": " + why;
+                              : "no start is made after " + std::to_string(most_iterations_) +
+                                    " iterations; minmax_starts makes more";
+  return std::to_string(drawn_) + points + " failed, too (" + why + ")";
 }
 
 }  // namespace ipminmax

@@ -42,7 +42,7 @@ class OtherStarts {
   [[nodiscard]] std::optional<Start> next();
   /// Random points drawn.
   [[nodiscard]] Index drawn() const { return drawn_; }
-  /// "nor from 3 other starting points: why no more".
+  /// "3 other starting points failed, too (why no more)".
   [[nodiscard]] std::string describe() const;
 
  private:

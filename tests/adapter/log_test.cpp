@@ -297,7 +297,8 @@ TEST(ExitLine, TellsTheTruth) {
   result.certificate.inner_expected = {1, 1, 0};
   EXPECT_EQ(log::exit_line(result),
             "\nEXIT: First-order point found, but it is not a local minmax: curvature of the "
-            "maximizer has the wrong sign.\n");
+            "maximizer has the wrong sign.\n"
+            "      begin elsewhere, or make several starts (minmax_starts)\n");
   result.certificate.inner = result.certificate.inner_expected;
   EXPECT_NE(log::exit_line(result).find("curvature of the minimizer"), std::string::npos);
 }
@@ -310,6 +311,13 @@ TEST(ExitLine, AddsTheCoresMessageWhenItSaysMore) {
             "\nEXIT: Invalid option encountered.\n      tol = nan is not in (0, inf)\n");
   result.message = std::string(name_of(result.status));
   EXPECT_EQ(log::exit_line(result), "\nEXIT: Invalid option encountered.\n");
+  result.status = Status::MaxIterations;
+  result.message = "first\nsecond";
+  EXPECT_EQ(
+      log::exit_line(result),
+      "\nEXIT: Maximum Number of Iterations Exceeded.\n      first\n      second\n"
+      "      raise the limit reached (max_iter, minmax_max_factorizations), or begin nearer the "
+      "answer\n");
 }
 
 TEST(Banner, NamesTheProgram) {

@@ -4,7 +4,9 @@
 //     IPMINMAX_WRITE_DOCS=1 build/tests/adapter_options_documentation_test
 #include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -124,6 +126,29 @@ TEST(OptionsMarkdown, EveryRowHasFourCells) {
       bars += line[i] == '|' && line[i - (i > 0)] != '\\';
     EXPECT_TRUE(bars == 5 || bars == 3) << line;
   }
+}
+
+// Words of a page that look like options of ours: `minmax_starts 8`. minmax_result is a suffix.
+TEST(Pages, NameOptionsThatExist) {
+  const SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  register_options(*registry);
+  const std::regex option("`(minmax_[a-z_]*[a-z])");
+  std::set<std::string> seen;
+  for (const auto& page :
+       std::filesystem::directory_iterator(std::string(IPMINMAX_SOURCE_DIR) + "/docs")) {
+    if (page.path().extension() != ".md") continue;
+    std::ifstream file(page.path());
+    std::stringstream text;
+    text << file.rdbuf();
+    const std::string words = text.str();
+    for (std::sregex_iterator at(words.begin(), words.end(), option), end; at != end; ++at) {
+      const std::string name = (*at)[1];
+      seen.insert(name);
+      EXPECT_TRUE(name == "minmax_result" || Ipopt::IsValid(registry->GetOption(name)))
+          << name << " in " << page.path();
+    }
+  }
+  EXPECT_GT(seen.size(), 20U);
 }
 
 // --- Through the application ---------------------------------------------------------------------

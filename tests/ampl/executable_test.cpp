@@ -211,6 +211,13 @@ TEST_F(AmplExecutable, UndefinedValuesAndDerivativesDoNotEndIt) {
   EXPECT_TRUE(printed("evaluation failed")) << out_;
   EXPECT_TRUE(solution_has("objno 0 550"));
   EXPECT_TRUE(solution_has("minmax_result\n0 503\n")) << get("model.sol");
+  // The message names what is undefined: the constraint log(v0) >= 0, not the objective.
+  Parts of_constraint = minimize(kSquare);
+  of_constraint.constraints = {kLog};
+  of_constraint.rows = "2 0\n";
+  of_constraint.segments = "x1\n0 -1\n";
+  EXPECT_EQ(solve(of_constraint), 0);
+  EXPECT_TRUE(printed("the Jacobian of the constraints is undefined")) << out_;
   // At 0 sqrt(v) has a value and no derivative.
   parts = minimize("o0\no39\nv0\no5\nv0\nn2\n");
   parts.segments = "x1\n0 0\n";
@@ -338,7 +345,7 @@ TEST_F(AmplExecutable, AnInfimumThatIsNotAttainedHasAResultOfItsOwn) {
     ASSERT_EQ(solve(parts), 0) << err_;
     EXPECT_TRUE(solution_has("\nobjno 0 300\n")) << get("model.sol");
     EXPECT_TRUE(solution_has("minmax_result\n0 101\n")) << get("model.sol");
-    EXPECT_TRUE(printed("run to infinity, where the gradient vanishes")) << out_;
+    EXPECT_TRUE(printed("diverge while the gradient goes to zero")) << out_;
   }
 }
 
@@ -638,6 +645,13 @@ TEST_F(AmplExecutable, OptionsOfIpoptsExecutable) {
   EXPECT_FALSE(std::filesystem::exists(path("model.sol")));
   EXPECT_NE(err_.find("can't evaluate log(-1)"), std::string::npos) << err_;
   EXPECT_EQ(solve(undefined, "halt_on_ampl_error=no"), 0);
+  // The message names what is undefined: the constraint log(v0) >= 0, not the objective.
+  Parts of_constraint = minimize(kSquare);
+  of_constraint.constraints = {kLog};
+  of_constraint.rows = "2 0\n";
+  of_constraint.segments = "x1\n0 -1\n";
+  EXPECT_EQ(solve(of_constraint), 0);
+  EXPECT_TRUE(printed("the Jacobian of the constraints is undefined")) << out_;
   // At 0 sqrt(v) has a value and no derivative.
   undefined = minimize("o39\nv0\n");
   undefined.segments = "x1\n0 0\n";
@@ -799,7 +813,7 @@ TEST_F(AmplExecutable, MessagesSpeakOfTheModelsSense) {
   unbounded.objectives[0].maximize = true;
   unbounded.segments = "x1\n0 1\n";
   ASSERT_EQ(solve(unbounded), 0) << err_;
-  EXPECT_TRUE(printed("maximization looks unbounded (the maximization looks unbounded;")) << out_;
+  EXPECT_TRUE(printed("maximization looks unbounded (the maximization looks unbounded)")) << out_;
   EXPECT_EQ(out_.find("minim"), std::string::npos) << out_;
   // Least violation stays a minimum.
   Parts infeasible = parts;

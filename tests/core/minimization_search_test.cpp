@@ -241,7 +241,7 @@ TEST(StuckMinimization, AtASaddleBeginsAnew) {
     bool anew = false;
     SolveObserver observer;
     observer.message = [&](std::string_view text) {
-      anew = anew || text.find("anew with mu_strategy") != std::string_view::npos;
+      anew = anew || text.find("again with mu_strategy") != std::string_view::npos;
     };
     const Result result = solve(problem, game.options, observer);
     EXPECT_TRUE(anew) << "seed " << seed;

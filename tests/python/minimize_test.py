@@ -289,5 +289,16 @@ class RobustRows(unittest.TestCase):
         np.testing.assert_allclose(result.x, [1.0], atol=1e-6)
 
 
+class Owners(unittest.TestCase):
+    def test_a_constraint_of_both_that_is_maxs_by_default_is_noted(self):
+        def solve(player, bound=4.0):
+            return minimize_minmax(lambda x, y: -x[0] - y[0] ** 2, [1.0], [0.5], bounds_x=(-10, 10), bounds_y=(-1, 1),
+                                   constraints=Constraint(lambda x, y: 2 * x[0] * y[0] - y[0] ** 2, ub=bound,
+                                                          player=player))
+        self.assertIn('constraints[0] reads x and y and restricts y', solve(None).message)
+        for player in ("min", "max"):
+            self.assertNotIn("restricts y", solve(player).message)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -97,21 +97,21 @@ class TruthJudge {
     if (says("minimization looks unbounded")) {
       expect(status == Status::OuterUnbounded, "message against status: " + message);
     }
-    if (says("maximization over the Max variables looks")) {
+    if (says("maximization over y looks")) {
       expect(status == Status::InnerUnbounded, "message against status: " + message);
     }
-    if (says("branches of inner maxima")) {
+    if (says("maximum over y disappears")) {
       expect(status == Status::NoLocalMinmaxFound, "message against status: " + message);
     }
     if (is_success(status)) {
       const bool remark = result_.certificate.hessian_disagrees;
       std::string own = message;  // without what an application adds about who owns what
       for (const std::string& text : split_remarks(s_)) {
-        if (own.ends_with("; " + text)) own.resize(own.size() - text.size() - 2);
+        if (own.ends_with("\n" + text)) own.resize(own.size() - text.size() - 1);
       }
       const std::string name(name_of(status));
       // Of a multistart that knows a worse y; others keep that to Result::worst_case.
-      const bool warned = result_.worst_case.higher && own.starts_with(name + "; value ");
+      const bool warned = result_.worst_case.higher && own.starts_with(name + "\nvalue ");
       // Of secant pairs no second-order statement follows, and the message says so.
       const bool secant = own == name + "; limited-memory Hessian: nothing is certified" &&
                           result_.certificate.kind != PointKind::LocalMinmax;

@@ -7,7 +7,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 
 
 class _NamedNumber(IntEnum):
-    """A number of the C interface that prints as its name."""
+    """An enumerator of the C interface that prints as its name."""
 
     def __str__(self) -> str:
         return self.name
@@ -28,8 +28,8 @@ class SecondOrder(_NamedNumber):
 
     NOT_TESTED = 0  #: not a first-order point
     SATISFIED = 1
-    UNDECIDED = 2  #: nothing could be shown; see reasons
-    VIOLATED = 3  #: an eigenvalue has a definite wrong sign: not a local minmax
+    UNDECIDED = 2  #: neither certified nor refuted; see reasons
+    VIOLATED = 3  #: refuted: a player gains along some direction
     FLAT = 4  #: not refuted, the value is constant along directions without curvature
 
 

@@ -235,6 +235,19 @@ class _Game:
             owners.append(reads_y)
         return np.concatenate(owners) if owners else None
 
+    def note_about_owners(self) -> List[str]:
+        """Returns a note if an inequality of both players is Max's by default and no constraint is robust."""
+        coupled: List[str] = []
+        for row in self.rows:
+            pattern, (low, up) = row.pattern, row.bounds(row.size)  # type: ignore[attr-defined]
+            of_y = pattern.cols >= self.nx
+            if row.player == "min" and np.any(of_y):
+                return []
+            both = set(pattern.rows[of_y]) & set(pattern.rows[~of_y]) & set(np.flatnonzero(low < up))
+            coupled += [row.name] * bool(both and row.player is None)
+        return [f"{name} reads x and y and restricts y; if x must satisfy it for every y, give it player=\"min\" "
+                "(player=\"max\" silences this note)" for name in coupled[:1]]
+
     # --- Second derivatives
 
     def set_hessian(self, hess: Any, pattern: Any) -> Dict[str, Any]:
@@ -464,7 +477,7 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
     return MinmaxResult(
         x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, info["obj_val"]),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
-        message="; ".join(message + game.notes), certificate=info["certificate"], worst_case=worst,
+        message="\n".join(message + game.notes + (game.note_about_owners() if problem else [])), certificate=info["certificate"], worst_case=worst,
         worst_cases=[worst_case(found) for found in info["worst_cases"]],
         proofs=[proof(found) for found in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
@@ -494,40 +507,40 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
                     names_x: Optional[Sequence[str]] = None,
                     names_y: Optional[Sequence[str]] = None, uncertainty: Any = None,
                     recourse: Any = None, exact: bool = False) -> MinmaxResult:
-    """min over x, max over y of fun(x, y, *args) subject to bounds and constraints.
+    """Minimizes over x the maximum over y of fun(x, y, *args) subject to bounds and constraints.
 
-    fun(x, y, *args)   a number; x (nx) and y (ny) are arrays
+    fun(x, y, *args)   returns a number; x (nx) and y (ny) are arrays
     x0 (nx), y0 (ny)   starting point
-    jac                jac(x, y, *args): gradient, nx + ny numbers or a tuple of the two parts; True:
-                       fun returns (value, gradient). None: by complex steps where these agree with
-                       differences around the start and at the answer, else by differences
-                       ("cs", "3-point": always the one or the other)
-    hess               hess(x, y, *args): Hessian in (x, y), nx + ny square, array or scipy.sparse,
-                       symmetric; used when all constraints that are not linear have one, too.
-                       None: differences of first derivatives
-    hess_pattern       without hess, where the Hessian of fun and constraints may be nonzero: array or
-                       scipy.sparse, nx + ny square. None: it is looked for, about 20 gradients per
-                       variable at worst
+    jac                jac(x, y, *args) returns the gradient: nx + ny numbers, or a tuple of the two
+                       parts. True: fun returns (value, gradient). "cs": complex steps. "3-point":
+                       differences. None: complex steps if they agree with differences around the
+                       start and at the answer, else differences
+    hess               hess(x, y, *args) returns the Hessian in (x, y): (nx + ny) x (nx + ny), array or
+                       scipy.sparse, symmetric. It is used if all constraints that are not linear have
+                       one, too. None: differences of first derivatives
+    hess_pattern       without hess: array or scipy.sparse, (nx + ny) x (nx + ny), nonzero if the
+                       Hessian of fun or a constraint may be. None: the pattern is detected, with about
+                       20 gradients per variable at worst
     bounds_x, bounds_y pairs, one for all or one per variable, or scipy.optimize.Bounds
-    constraints        a Constraint, LinearConstraint, LinearConstraint or NonlinearConstraint of
-                       scipy.optimize (in (x, y); fun takes x and y), dict of SciPy's kind, or a
-                       sequence of them
+    constraints        a Constraint or LinearConstraint of this package or of scipy.optimize, a
+                       NonlinearConstraint of scipy.optimize (fun takes x and y), a dict as in SciPy,
+                       or a sequence of these
     callback           callback(x, y), called at each iterate; False or StopIteration stops
     options            those of docs/options.md, "disp": True for the log, written to sys.stdout, and
                        "progress": True for a line of progress on sys.stderr
-    check_derivatives  whether a jac that is given is compared with differences along one direction,
-                       at the start and at the answer: four calls of the function each time. What is
-                       wrong is a DerivativeWarning, at the answer it takes success and certificate
-    tol                the option tol, unless options has it
+    check_derivatives  whether to compare a given jac with differences along one direction, at the
+                       start and at the answer, by four calls of the function each. A wrong jac gives a
+                       DerivativeWarning; if it is wrong at the answer, the result is no success
+    tol                the option tol, unless options contains it
     names_x, names_y   names of the variables in messages, instead of x[0], y[0] and so on
     uncertainty        set of ipminmax.sets in which y lies; then y0 need not be given, constraints that
                        read y hold for every y unless they have player="max", and minmax_epigraph is on
-    recourse           Recourse: fun and constraints take (x, y, z), or (x, y, z, s)
-    exact              rows linear in y are replaced by a formula of their largest value over the set
+    recourse           Recourse: fun and constraints then take (x, y, z), or (x, y, z, s)
+    exact              whether to replace constraints linear in y by a formula of their largest value
 
-    Returns a MinmaxResult. Functions may raise EvaluationError where they are undefined; other
+    Returns a MinmaxResult. Functions may raise EvaluationError if they are undefined at a point; other
     exceptions pass through. Ctrl-C and the options max_wall_time and max_cpu_time end the solve
-    before the next call of a function; the result is the best point reached.
+    before the next call of a function; the result is then the best point reached.
     """
     if options is not None and not isinstance(options, dict):
         raise TypeError(f"options is {options!r:.60}, not a dict")

@@ -141,29 +141,30 @@ class Problem:
         hessianstructure() -> (rows, cols); without it dense, np.tril's order
         intermediate(alg_mod, iter_count, obj_value, inf_pr, inf_du, mu, d_norm,
                      regularization_size, alpha_du, alpha_pr, ls_trials) -> False stops;
-                     alg_mod 1: of a feasibility restoration, 2: of a maximization over y at a held
-                     x, which obj_value tells; there is no current iterate then
+                     alg_mod 0: an iteration, 1: one of a feasibility restoration, 2: one of a
+                     maximization over y at fixed x, with value obj_value and no current iterate
 
-    constraints and jacobian only with m > 0. Where rows are costly, constraint_rows(v, rows) and
-    jacobian_rows(v, rows) give some of them alone, the latter row by row; robust constraints need
-    them one at a time, and hessian may skip rows whose lagrange is 0. Without hessian second derivatives are differences of
-    first ones, with the pattern of hessianstructure where that is there, else with one that is
-    looked for. players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the
-    maximizer, or one string for all; None is a plain minimization, with a warning.
-    constraint_players: m of them, or None: a constraint with an entry in a Max variable is Max's; one
-    that is given to Min nevertheless is robust, it holds for every y. names: n names of the
-    variables, for messages.
+    constraints and jacobian are needed only if m > 0. If rows are costly, define
+    constraint_rows(v, rows) and jacobian_rows(v, rows), which return only these rows; robust
+    constraints need them one at a time. hessian may skip rows whose lagrange is 0. Without hessian
+    second derivatives are differences of first ones, with the pattern of hessianstructure if it
+    exists, else with a detected one.
 
-    With the option minmax_worst_case_proof objective and constraints are called with arrays of
-    Interval objects, too, on which NumPy's operations work; objective_over and constraints_over,
-    where there are such methods, take their place.
+    players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the maximizer, or one
+    string for all; None is a plain minimization, with a warning. constraint_players: m entries, or
+    None: a constraint with an entry in a Max variable is Max's. A constraint of Min that reads Max
+    variables is robust: it must hold for every y. names: n names of the variables, for messages.
 
-    Exceptions of these methods are raised by solve; EvaluationError says that a function is undefined
-    at a point. Ctrl-C (KeyboardInterrupt) ends the solve before the next call of a method; solve
-    returns the best point that was reached, with info["interrupted"] True; so do max_wall_time and
-    max_cpu_time. Solves release the interpreter's lock. While check_derivatives is True (the
-    default), gradient and jacobian are compared with differences along one direction at the start
-    and at the answer: four calls of objective and constraints each time.
+    With the option minmax_worst_case_proof objective and constraints are also called with arrays of
+    Interval objects, on which NumPy's operations work. Methods objective_over and constraints_over,
+    if defined, are called instead.
+
+    solve raises the exceptions of these methods; EvaluationError says that a function is undefined at a
+    point. Ctrl-C (KeyboardInterrupt), max_wall_time and max_cpu_time end the solve before the next call
+    of a method; solve returns the best point reached, after Ctrl-C with info["interrupted"] True.
+    Solves release the interpreter's lock. If check_derivatives is True (the default), gradient and
+    jacobian are compared with differences along one direction at the start and at the answer, by
+    four calls of objective and constraints each.
     """
 
     check_derivatives: bool = True
@@ -264,23 +265,23 @@ class Problem:
         self._bounds = [old if new is None else new for old, new in zip(self._bounds, given)]
 
     def open_output_file(self, file_name: Any, print_level: int = 5) -> None:
-        """Writes the log to a file, too; print_level 0 to 12."""
+        """Writes the log also to a file; print_level 0 to 12."""
         self._core.open_output_file(str(file_name), to_count(print_level, "print_level"))
 
     def solve(self, x: npt.ArrayLike, lagrange: npt.ArrayLike = (), zl: npt.ArrayLike = (),
               zu: npt.ArrayLike = ()) -> Tuple[Vector, Dict[str, Any]]:
-        """From x (n numbers), with warm_start_init_point also from the multipliers lagrange (m), zl
-        and zu (n). Returns (x, info); info is a dict:
+        """Solves from x (n numbers), with warm_start_init_point also from the multipliers lagrange (m),
+        zl and zu (n). Returns (x, info); info is a dict:
 
         x (n), g (m), obj_val       the point and the functions there
         mult_g (m), mult_x_L, mult_x_U (n)   multipliers: grad f + J'mult_g - mult_x_L + mult_x_U = 0
                                     for all variables, so those of a Max variable's bounds are <= 0
-        status, status_name, status_msg      Ipopt's number, why the solve stopped, a sentence
-        interrupted                 whether by Ctrl-C
+        status, status_name, status_msg      Ipopt's number, why the solve stopped, the message
+        interrupted                 whether Ctrl-C ended the solve
         certificate                 Certificate
         worst_case                  dict of starts, maxima, competing, higher, unbounded,
                                     single_branch, stated_concave, value, x with the worst y; None
-                                    where nobody looked (minmax_worst_case_starts, minmax_starts)
+                                    without a search (minmax_worst_case_starts, minmax_starts)
         worst_cases                 list of dicts of constraint (m: the objective), value, multiplier,
                                     active, x with that y: of robust constraints and minmax_epigraph
         proofs                      list of dicts of constraint (-1: the objective), least, seen,
@@ -288,11 +289,12 @@ class Problem:
                                     minmax_worst_case_proof
         points                      list of dicts of x, value, found, first_start, margin: certified
                                     points of a multistart (minmax_starts), the best first
-        statements                  sentences: why the solve stopped, what the point is locally, what
-                                    was looked at over all of y, what over x
+        statements                  four texts: why the solve stopped (then, on further lines, what to
+                                    do), what the point is locally, what was searched over all of y
+                                    and over x
         statistics                  dict of counts, seconds and errors
         history                     iterations x 5: iteration, objective, inf_pr, inf_du, mu
-        derivative_error            what is wrong with gradient or jacobian; None
+        derivative_error            what is wrong with gradient or jacobian, or None
         """
         return self._solve(x, lagrange, zl, zu, False)
 

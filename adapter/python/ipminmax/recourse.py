@@ -1,4 +1,4 @@
-"""Decisions that wait: z follows from y by a rule whose coefficients are Min's."""
+"""Decisions taken after y is seen: z follows from y by a rule whose coefficients are Min's."""
 
 from dataclasses import dataclass
 from typing import Any, Callable, List, Optional, Tuple
@@ -40,7 +40,7 @@ class Recourse:
     states: Any = ()
 
     def seen(self, ny: int) -> List[Any]:
-        """Indices of the y that each decision sees."""
+        """Returns the indices of the y that each decision sees."""
         if self.stages is not None:
             if self.depends_on is not None:
                 raise ValueError("depends_on and stages of Recourse say the same: give one of them")

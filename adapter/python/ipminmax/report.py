@@ -20,8 +20,9 @@ def printed(result: Any) -> str:
         str(certificate.kind).lower().replace("_", " ") + ", not certified")
     words = ["local in x and y" if not proved else f"proved over all y: {len(proved)} of {len(result.proofs)} bounds"]
     words += ["that there is one nearby is proved"] * certificate.proved
+    advice = [line for line in result.statements[0].splitlines()[1:] if line not in result.message]
     lines = [("value", f"{result.fun:.9g}"), ("kind", f"{kind} ({'; '.join(words)})"),
-             ("why it ended", result.message)]
+             ("why it ended", "\n".join([result.message] + advice))]
     with np.printoptions(precision=6, threshold=10, edgeitems=3):
         lines += [("x", result.x), ("y", result.y)]
         if getattr(result, "policy", None) is not None:
@@ -38,11 +39,12 @@ def printed(result: Any) -> str:
     seconds = result.info.get("statistics", {}).get("seconds", 0.0)
     lines.append(("effort", f"{result.nit} iterations, {result.nfev} calls of functions, {seconds:.2f} s"))
     width = max(len(name) for name, _ in lines)
-    return "\n".join(f"{name:>{width}}: {value}" for name, value in lines)
+    indent = "\n" + " " * (width + 2)
+    return "\n".join(f"{name:>{width}}: " + str(value).replace("\n", indent) for name, value in lines)
 
 
 def table(result: Any) -> Any:
-    """Worst cases as a frame of pandas; without pandas a list of dicts."""
+    """Returns the worst cases as a frame of pandas, without pandas as a list of dicts."""
     rows: List[Any] = [{"of": _place(c), "value": c.value, "multiplier": c.multiplier, "active": c.active,
                         **{f"y[{i}]": v for i, v in enumerate(c.y)}} for c in result.worst_cases]
     try:

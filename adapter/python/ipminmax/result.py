@@ -18,21 +18,21 @@ class WorstCase(NamedTuple):
     row: int  #: which of its values
     value: float  #: there
     multiplier: float  #: grad f + sum of multipliers times gradients = 0 in x
-    active: bool  #: whether x rests on it
+    active: bool  #: whether the constraint is active at this y
     x: Vector
     y: Vector
 
 
 class Proof(NamedTuple):
-    """Result of the option minmax_worst_case_proof for fun or a robust constraint, over all y."""
+    """Proved bounds of fun or a robust constraint over all y (option minmax_worst_case_proof)."""
 
     constraint: Optional[int]  #: number in the list of constraints; None: fun
     row: int  #: which of its values
-    least: bool  #: of its least value, for a lower bound
+    least: bool  #: whether the bounds are those of the least value (for a lower bound)
     seen: float  #: a value that some y gives
-    proved: float  #: no y gives more (less, where least)
-    complete: bool  #: the gap is within the tolerance
-    boxes: int  #: looked at
+    proved: float  #: no y gives more (if least: less)
+    complete: bool  #: whether the gap is within the tolerance
+    boxes: int  #: number of boxes examined
     message: str
 
 
@@ -49,19 +49,19 @@ class Point(NamedTuple):
 
 @dataclass(eq=False, repr=False)
 class MinmaxResult:
-    """Attributes, or keys as in scipy's OptimizeResult: result.x is result["x"]. A result can be
-    pickled; the copy has no problem."""
+    """What minimize_minmax returns. Attributes are also keys, as in scipy's OptimizeResult: result.x
+    is result["x"]. A result can be pickled; the copy has no problem."""
 
     x: Vector  #: (nx)
     y: Vector  #: (ny); with robust constraints that of one worst case, see worst_cases
     fun: float
-    #: First-order conditions hold, the second-order test did not refute the point, no worse y is known
-    #: and the derivatives that were given are right.
+    #: Whether the first-order conditions hold, the second-order test did not refute the point, no worse
+    #: y is known and the given derivatives look right.
     success: bool
     status: int  #: Ipopt's number
     message: str
     certificate: Certificate
-    #: Over all of y, where minmax_worst_case_starts or minmax_starts looked; see Problem.solve.
+    #: Worst case found over all of y (minmax_worst_case_starts, minmax_starts); see Problem.solve.
     worst_case: Optional[Dict[str, Any]]
     worst_cases: List[WorstCase]  #: of robust constraints, and of fun with minmax_epigraph
     proofs: List[Proof]  #: over all y, with minmax_worst_case_proof
@@ -69,7 +69,7 @@ class MinmaxResult:
     nit: int
     nfev: int  #: calls of fun and of constraints' fun, those for differences and checks included
     multipliers: List[Vector] = field(default_factory=list)  #: one array per constraint
-    #: Why the solve stopped, what the point is locally, what was looked at over all of y and over x.
+    #: Why the solve stopped, what the point is locally, what was searched over all of y and over x.
     statements: List[str] = field(default_factory=list)
     derivatives: str = ""  #: where those that were not given come from
     info: Dict[str, Any] = field(default_factory=dict)  #: of Problem.solve
@@ -111,11 +111,11 @@ class MinmaxResult:
         return report.printed(self)
 
     def worst_case_table(self) -> Any:
-        """Worst cases as a frame of pandas; without pandas a list of dicts."""
+        """Returns the worst cases as a frame of pandas, without pandas as a list of dicts."""
         return report.table(self)
 
     def plot(self, axes: Any = None) -> Any:
-        """plot.draw_worst_cases of this result."""
+        """Draws the worst cases (plot.draw_worst_cases)."""
         from .plot import draw_worst_cases
         return draw_worst_cases(self, axes)
 

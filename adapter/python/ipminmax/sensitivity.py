@@ -1,4 +1,4 @@
-"""Derivatives of a solution, and where it goes when constants of the model move."""
+"""Derivatives of a solution, and predictions if constants of the model change."""
 
 import operator
 from typing import Any, Callable, Dict, Sequence, NamedTuple
@@ -54,12 +54,12 @@ class Sensitivity:
 
     def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
                    ) -> Dict[str, Any]:
-        """Derivative along a change of the bounds lb, ub (n), cl, cu (m); None: unchanged. Also "curvature",
-        the second derivative of the value."""
+        """Returns the derivative along a change of the bounds lb, ub (n), cl, cu (m); None: unchanged. Its
+        key "curvature" holds the second derivative of the value."""
         return dict(self._call(self._core.derivative, lb, ub, cl, cu))
 
     def reaction(self, dx: npt.ArrayLike) -> Dict[str, Any]:
-        """Derivative of Max's answer when Min's variables move along dx (n; Max's entries are not read)."""
+        """Returns the derivative of Max's answer if Min's variables move along dx (n; Max's are not read)."""
         return dict(self._call(self._core.reaction, dx))
 
     def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
@@ -74,8 +74,8 @@ class Sensitivity:
         return self._named(self._call(self._core.react, dx))
 
     def dv_dp(self, constraints: Sequence[int] = (), variables: Sequence[int] = ()) -> _Vector:
-        """Derivatives of x (n) to the constants of the given equality constraints, then to the
-        values of the given fixed variables: an array with one column each."""
+        """Returns the derivatives of x (n) with respect to the constants of the given equality
+        constraints, then to the values of the given fixed variables: an array with one column each."""
         columns = []
         for kind, indices, size in (("c", constraints, self._core.m), ("", variables, self._core.n)):
             for index in indices:
@@ -85,7 +85,8 @@ class Sensitivity:
         return np.column_stack(columns) if columns else np.zeros((self._core.n, 0))
 
     def dy_dx(self, min_variables: Sequence[int]) -> _Vector:
-        """Derivatives of all variables to the given ones of Min, Max reacting: one column each."""
+        """Returns the derivatives of all variables with respect to the given ones of Min, with Max
+        reacting: an array with one column each."""
         columns = []
         for index in min_variables:
             unit = self._unit(index, self._core.n, "min_variables")

@@ -181,7 +181,7 @@ class UncertaintySet:
         return found
 
     def contains(self, y: Any, tol: float = _INSIDE) -> bool:
-        """Whether y is in the set; tol: the violation allowed, over the size of the set."""
+        """Returns whether y is in the set; tol: allowed violation, relative to the size of the set."""
         return self._has(_array(y, "y", self.n), tol)
 
     def _has(self, y: Vector, tol: float) -> bool:
@@ -192,7 +192,7 @@ class UncertaintySet:
         return bool(np.all(gap <= size + rounding)) and self.violation(u) <= tol
 
     def worst(self, c: Any) -> Any:
-        """A y at which c'y is largest."""
+        """Returns a y at which c'y is largest."""
         c = _array(c, "c", self.n)
         best: Vector = self.origins[np.argmax(self.origins @ c)]
         return best + self.loadings @ self.worst_factors(c @ self.loadings)
@@ -211,7 +211,7 @@ class UncertaintySet:
         return found.x
 
     def bounds(self) -> Tuple[Vector, Vector]:
-        """The least and the largest value of each y; of an intersection those of either set."""
+        """Returns the least and the largest value of each y; of an intersection those of either set."""
         axes = np.eye(self.n)
         return np.array([-self.support(-a) for a in axes]), np.array([self.support(a) for a in axes])
 
@@ -274,7 +274,7 @@ class UncertaintySet:
         return self.start + (random.random(n) ** (1.0 / max(self.k, 1)) * far)[:, None] * steps
 
     def plot(self, axes: Any = None, **style: Any) -> Any:
-        """The set in two dimensions, drawn into axes (new ones without); returns them."""
+        """Draws a set of two numbers y into axes (None: new ones), which it returns."""
         if self.n != 2:
             raise ValueError(f"plot() draws sets of two numbers y, this one has {self.n}")
         from .plot import new_axes
