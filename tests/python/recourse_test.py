@@ -5,8 +5,10 @@ import io
 import itertools
 import os
 import pickle
+import re
 import sys
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -83,9 +85,19 @@ class Examples(unittest.TestCase):
         rows = rows if isinstance(rows, list) else rows.to_dict("records")
         self.assertEqual(len(rows), len(result.worst_cases))
         self.assertIn("y[0]", rows[0])
-        with contextlib.redirect_stderr(io.StringIO()) as shown:
-            minimize_minmax(lambda x, y: x @ x - y @ y, [1.0], [0.5], options={"progress": True})
-        self.assertRegex(shown.getvalue(), "search 1, iteration 1: value 0.75, violation 0")
+
+    def test_progress(self):
+        """The last line is of the last iterate over x; a search over y does not count as the best value."""
+        for missing in ((), ("tqdm",)):
+            with contextlib.redirect_stderr(io.StringIO()) as shown, \
+                    unittest.mock.patch.dict(sys.modules, dict.fromkeys(missing)):
+                result = minimize_minmax(
+                    lambda x, y: (x[0] - 1.0) ** 2 + np.sin(3.0 * y[0]) * x[0] - 0.2 * y[0] ** 2, [0.5], bounds_x=(0.2, 5.0),
+                    uncertainty=Box(-3.0, 3.0), options={"minmax_worst_case_starts": 8, "progress": True})
+            lines = shown.getvalue().replace("\r", "\n").strip().splitlines()
+            self.assertIn("round 1, 0 searches over y, iteration 0: value ", "".join(lines))
+            self.assertRegex(lines[-1], r"round [2-9]\d*, [1-9]\d* searches over y, iteration \d+: value ")
+            self.assertAlmostEqual(float(re.search("best (.*?)( |$)", lines[-1]).group(1)), result.fun, delta=1e-4)
 
     def test_newsvendor(self):
         cost, hold, late, low, up = 1.0, 0.5, 3.0, 50.0, 150.0

@@ -16,7 +16,7 @@ from .differences import (Box, Derivative, DerivativeWarning, EvaluationError, L
                           check_given)
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
-from .report import showing
+from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase
 
 
@@ -64,6 +64,7 @@ class _Game:
         self.v0 = np.clip(v0, box.lower, box.upper)
         self.names = [f"x[{j}]" for j in range(nx)] + [f"y[{j}]" for j in range(v0.size - nx)]
         self.clock, self.nfev, self.notes = clock, 0, []  # type: _Clock, int, List[str]
+        self.progress: Optional[Progress] = None
         self._last: Tuple[Vector, Any] = (np.full(v0.size, np.nan), None)  # of jac=True
         self.rows: List[Row] = []
         self.places: List[Tuple[Row, int]] = []  #: of each value of g: its constraint, and which
@@ -354,7 +355,8 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
             return answer is None or bool(answer)
         functions.intermediate = intermediate
     if options.pop("progress", False):
-        functions.intermediate = showing(getattr(functions, "intermediate", None))
+        functions.intermediate = game.progress = Progress(
+            getattr(functions, "intermediate", None), lambda: of().get_current_iterate())  # type: ignore[union-attr]
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
                       game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
@@ -568,4 +570,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
         v, info = _checked(game, problem, v0, check_derivatives)
     except LimitReached:
         v, info = _late(game, v0)
+    finally:
+        if game.progress is not None:
+            game.progress.close()
     return _result(game, problem, v, info)

@@ -52,19 +52,41 @@ def table(result: Any) -> Any:
     return pandas.DataFrame(rows)
 
 
-def showing(intermediate: Any) -> Any:
-    """Returns an intermediate callback that shows a line on stderr: searches begun, iterations, value and
-    violation at the iterate, and the best feasible value so far."""
-    seen = {"searches": 0, "iterations": 0, "last": 0.0, "best": np.inf}
+class Progress:
+    """An intermediate callback that shows one line on stderr: rounds (solves over x), searches over y, value and
+    violation at the iterate, and the least feasible value of the round. Later rounds know more worst cases."""
 
-    def shown(mode: Any, iteration: int, value: float, violation: float, *more: Any) -> Any:
-        seen["searches"] += iteration == 0
-        seen["iterations"] += 1
-        if violation <= 1e-6:
-            seen["best"] = min(seen["best"], value)
-        if time.monotonic() - seen["last"] > 0.1:
-            seen["last"] = time.monotonic()
-            print(f"search {seen['searches']}, iteration {seen['iterations']}: value {value:.6g}, violation "
-                  f"{violation:.1e}, best {seen['best']:.6g}  ", end="\r", file=sys.stderr, flush=True)
-        return True if intermediate is None else intermediate(mode, iteration, value, violation, *more)
-    return shown
+    def __init__(self, intermediate: Any, iterate: Any) -> None:
+        self._intermediate, self._iterate = intermediate, iterate
+        self._rounds, self._searches, self._best, self._text, self._last = 0, 0, np.inf, "", -np.inf
+        try:
+            import tqdm
+            self._bar: Any = tqdm.tqdm(bar_format="{desc} [{elapsed}]", file=sys.stderr)
+        except ImportError:
+            self._bar = None
+
+    def __call__(self, mode: Any, iteration: int, value: float, violation: float, *more: Any) -> Any:
+        over_x = self._iterate() is not None  # None: a maximization over y at a held x
+        if iteration == 0:
+            self._rounds, self._searches = self._rounds + over_x, self._searches + (not over_x)
+            self._best = np.inf if over_x else self._best
+        if over_x:
+            self._best = min(self._best, value) if violation <= 1e-6 else self._best
+            self._text = (f"round {self._rounds}, {self._searches} searches over y, iteration {iteration}: value "
+                          f"{value:.6g}, violation {violation:.1e}, best {self._best:.6g}")
+            if time.monotonic() - self._last > 0.1:
+                self._last = time.monotonic()
+                self._show("\r")
+        return True if self._intermediate is None else self._intermediate(mode, iteration, value, violation, *more)
+
+    def _show(self, end: str) -> None:
+        if self._bar is None:
+            print(f"{self._text:<100}", end=end, file=sys.stderr, flush=True)
+        else:
+            self._bar.set_description_str(self._text)
+
+    def close(self) -> None:
+        """Shows the last iterate; what is printed next has a line of its own."""
+        self._show("\n")
+        if self._bar is not None:
+            self._bar.close()
