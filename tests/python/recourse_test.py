@@ -78,13 +78,38 @@ class Examples(unittest.TestCase):
     def test_what_is_printed(self):
         result = examples.newsvendor()
         text = str(result)
-        for words in ("value: 178.571", "local minmax, certified (local", "worst case: fun: 178.571", "active row: constraint 0",
+        for words in ("value: 178.571", "local minmax, certified (local", "worst case: fun: 178.571", "active row: constraints[0]",
                       "nothing is searched", "rule: z = ", "iterations"):
             self.assertIn(words, text)
         rows = result.worst_case_table()
         rows = rows if isinstance(rows, list) else rows.to_dict("records")
         self.assertEqual(len(rows), len(result.worst_cases))
         self.assertIn("y[0]", rows[0])
+
+    def test_names(self):
+        result = minimize_minmax(
+            lambda paper, demand, z: paper[0] + z[0], [70.0], uncertainty=Box(50.0, 150.0), recourse=Recourse(1),
+            names_x=["paper"], names_y=["demand"], exact=True, constraints=[
+                Constraint(lambda x, y, z: z[0] - 0.5 * (x[0] - y[0]), lb=0.0, name="left over"),
+                Constraint(lambda x, y, z: z[0] - 3.0 * (y[0] - x[0]), lb=0.0)])
+        for words in (" x: paper = 135.714", "fun: 178.5714", " at demand = 150, multiplier", "left over, value 0: ", "constraints[1], value 0: "):
+            self.assertIn(words, str(result))
+        rows = result.worst_case_table()
+        rows = rows if isinstance(rows, list) else rows.to_dict("records")
+        self.assertIn("demand", rows[0])
+        with self.assertRaisesRegex(ValueError, "of left over"):
+            minimize_minmax(lambda x, y: x[0], [1.0], [1.0], constraints=Constraint(lambda x, y: x, [0.0, 1.0], name="left over"))
+        with self.assertRaisesRegex(ValueError, "names_y has 2"):
+            minimize_minmax(lambda x, y: x[0], [1.0], uncertainty=Box(0.0, 1.0), names_y=["a", "b"])
+
+    def test_plot(self):
+        """Decisions over their stages for samples and the worst cases, a set of two y with its worst cases."""
+        for example, size, lines in ((examples.inventory, 6, 20), (examples.truss, 181, 1)):
+            result, axes = example(), unittest.mock.MagicMock()
+            self.assertIs(result.plot(axes), axes)
+            drawn = axes.plot.call_args_list + axes.fill.call_args_list
+            self.assertEqual(max(np.size(call.args[0]) for call in drawn), size)
+            self.assertGreater(len(drawn), lines)
 
     def test_progress(self):
         """The last line is of the last iterate over x; a search over y does not count as the best value."""

@@ -68,7 +68,7 @@ class Policy:
 
     def __init__(self, recourse: Recourse, lower: Vector, upper: Vector) -> None:
         recourse.check()
-        ny, order = lower.size, RULES.index(recourse.rule)
+        ny, order, self.stages = lower.size, RULES.index(recourse.rule), recourse.stages
         self._center, width = 0.5 * (lower + upper), 0.5 * (upper - lower)
         self._width = np.where(width > 0.0, width, 1.0)
         self._pairs = np.array([(i, j) for i in range(ny) for j in range(i, ny)] if order > 1 else [],

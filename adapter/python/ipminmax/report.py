@@ -7,8 +7,14 @@ from typing import Any, List
 import numpy as np
 
 
-def _place(case: Any) -> str:
-    return "fun" if case.constraint is None else f"constraint {case.constraint}, value {case.row}"
+def _place(case: Any, names: Any) -> str:
+    return "fun" if case.constraint is None else f"{names['constraints'][case.constraint]}, value {case.row}"
+
+
+def _named(values: Any, names: Any) -> str:
+    most = 10
+    return str(values) if names is None else ", ".join(
+        f"{n} = {v:.6g}" for n, v in zip(names[:most], values)) + ", ..." * (len(names) > most)
 
 
 def printed(result: Any) -> str:
@@ -22,15 +28,17 @@ def printed(result: Any) -> str:
     words += ["that there is one nearby is proved"] * certificate.proved
     lines = [("value", f"{result.fun:.9g}"), ("kind", f"{kind} ({'; '.join(words)})"),
              ("why it ended", result.message)]
-    with np.printoptions(precision=6, threshold=10, edgeitems=3):
-        lines += [("x", result.x), ("y", result.y)]
+    with np.printoptions(precision=6, threshold=10, edgeitems=3, linewidth=1000):
+        names = result.names
+        lines += [("x", _named(result.x, names.get("x"))), ("y", _named(result.y, names.get("y")))]
         if getattr(result, "policy", None) is not None:
             z0, z1 = result.policy.coefficients[:2]
             lines.append(("rule", f"z = {z0} + Z1 y, largest entry of Z1 {np.abs(z1).max(initial=0.0):.6g}"))
         active = [case for case in result.worst_cases if case.active]
         for name, cases in (("worst case", [c for c in active if c.constraint is None]),
                             ("active row", [c for c in active if c.constraint is not None])):
-            lines += [(name, f"{_place(c)}: {c.value:.9g} at y = {c.y}, multiplier {c.multiplier:.4g}")
+            lines += [(name, f"{_place(c, names)}: {c.value:.9g} at {'' if 'y' in names else 'y = '}"
+                       f"{_named(c.y, names.get('y'))}, multiplier {c.multiplier:.4g}")
                       for c in cases[:5]]
             lines += [(name, f"... and {len(cases) - 5} more")] * (len(cases) > 5)
     lines += list(zip(("over y", "over x"), result.statements[2:]))
@@ -43,8 +51,9 @@ def printed(result: Any) -> str:
 
 def table(result: Any) -> Any:
     """Worst cases as a frame of pandas; without pandas a list of dicts."""
-    rows: List[Any] = [{"of": _place(c), "value": c.value, "multiplier": c.multiplier, "active": c.active,
-                        **{f"y[{i}]": v for i, v in enumerate(c.y)}} for c in result.worst_cases]
+    names = result.names.get("y") or [f"y[{i}]" for i in range(len(result.y))]
+    rows: List[Any] = [{"of": _place(c, result.names), "value": c.value, "multiplier": c.multiplier,
+                        "active": c.active, **dict(zip(names, c.y))} for c in result.worst_cases]
     try:
         import pandas  # type: ignore[import]
     except ImportError:
