@@ -6,7 +6,9 @@ import itertools
 import os
 import pickle
 import re
+import subprocess
 import sys
+import textwrap
 import unittest
 import unittest.mock
 
@@ -19,10 +21,13 @@ except ImportError:
 
 SOURCE = os.environ.get("IPMINMAX_SOURCE_DIR", os.path.join(os.path.dirname(__file__), "../.."))
 sys.path.insert(0, os.path.join(SOURCE, "adapter/python/examples"))
+import ipminmax  # noqa: E402
 import recourse as examples  # noqa: E402
 from ipminmax import Constraint, LinearConstraint, Recourse, minimize_minmax  # noqa: E402
 from ipminmax.sets import (Ball, Box, Budget, ChiSquareBall, Discrete, Ellipsoid, KLBall, MomentBox,  # noqa: E402
                            Simplex)
+
+EXECUTABLE = os.path.join(os.path.dirname(ipminmax.__file__), "../../ipminmax")  # in the build tree
 
 
 def least(cost, rows, columns):
@@ -358,6 +363,26 @@ class Rules(unittest.TestCase):
         self.assertEqual([list(s) for s in seen], [[0], [1, 2]])
         self.assertEqual([list(s) for s in Recourse(2, depends_on=[1]).seen(3)], [[1], [1]])
         self.assertEqual([list(s) for s in Recourse(4, stages=[[2], [0]]).seen(3)], [[], [], [2], [2]])
+
+    @unittest.skipUnless(os.path.exists(EXECUTABLE), "the executable is not built")
+    def test_in_pyomo(self):
+        """The files that Pyomo wrote, and its programs where it is installed, have the values of the package."""
+        package = os.path.join(SOURCE, "tests/package")
+        for name, value, options in (("newsvendor", 178.571429, ["minmax_epigraph=yes"]), ("truss", 4.2, [])):
+            text = subprocess.run([EXECUTABLE, os.path.join(package, f"{name}.nl"), "print_level=0", *options],
+                                  capture_output=True, text=True, check=True).stdout
+            self.assertIn("certified local minmax", text)
+            self.assertAlmostEqual(float(re.search("objective (.*?),", text).group(1)), value, delta=1e-5)
+        try:
+            import pyomo.environ  # noqa: F401
+        except ImportError:
+            return
+        with open(os.path.join(SOURCE, "docs/pyomo.md")) as page:
+            programs = re.findall("    from pyomo.*?\n(?=[^ \n])", page.read(), re.DOTALL)
+        path = os.path.dirname(EXECUTABLE) + os.pathsep + os.environ["PATH"]
+        printed = [subprocess.run([sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=True,
+                                  env={**os.environ, "PATH": path}).stdout for program in programs]
+        self.assertEqual(printed, ["178.5714 135.714\n", "4.2000 2.600\n"])
 
     def test_what_makes_no_sense(self):
         def fun(x, y):
