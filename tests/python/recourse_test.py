@@ -384,6 +384,16 @@ class Rules(unittest.TestCase):
                                   env={**os.environ, "PATH": path}).stdout for program in programs]
         self.assertEqual(printed, ["178.5714 135.714\n", "4.2000 2.600\n"])
 
+    def test_decisions_that_are_held(self):
+        """Bounds that hold one decision and not the other; what is returned is said by name."""
+        result = minimize_minmax(lambda x, y, z: x[0] ** 2 + z[0] * y[0] + 0.1 * z[1], [1.0], uncertainty=Box(0.0, 1.0),
+                                 recourse=Recourse(2, lower=[1.0, 0.5], upper=[1.0, 3.0], price=1e-3), exact=True)
+        self.assertAlmostEqual(result.fun, 1.05, delta=1e-6)
+        self.assertAlmostEqual(result.policy([0.3])[0], 1.0, delta=1e-6)
+        for name, fun, row in (("fun", None, 0.0), (r"constraints\[0\]", 0.0, None)):
+            with self.assertRaisesRegex(TypeError, f"^{name} returned None"):
+                minimize_minmax(lambda x, y: fun, [1.0], uncertainty=Box(0.0, 1.0), constraints=Constraint(lambda x, y: row, ub=1.0))
+
     def test_what_makes_no_sense(self):
         def fun(x, y):
             return x @ x + y[0]
@@ -399,6 +409,13 @@ class Rules(unittest.TestCase):
                 (ValueError, "depends_on", {"uncertainty": box, "recourse": Recourse(1, depends_on=[1])}),
                 (ValueError, "2 stages", {"uncertainty": box, "recourse": Recourse(1, stages=[[0], []])}),
                 (ValueError, "start of Recourse", {"uncertainty": box, "recourse": Recourse(1, start=[1.0, 2.0])}),
+                (ValueError, r"lower\[0\] = 1 of Recourse", {"uncertainty": box, "recourse": Recourse(1, lower=1.0, upper=0.0)}),
+                *((ValueError, f"{words} of Recourse", {"uncertainty": box, "recourse": Recourse(1, **{name: value})})
+                  for words, name, value in (
+                      ("depends_on", "depends_on", 3), ("depends_on", "depends_on", [[0.5], 0]), ("stages", "stages", [0]),
+                      ("stages", "stages", [[7]]), ("stages", "stages", 5), ("lower", "lower", np.nan), ("upper", "upper", [1.0, 2.0]),
+                      ("start", "start", np.nan), ("price", "price", -1.0),
+                      ("price", "price", [1.0, 2.0]))),
                 (ValueError, "need states", {"uncertainty": box, "recourse": Recourse(1, equations=fun)}),
                 (ValueError, "3 values, but there are 1", {"uncertainty": box, "recourse": Recourse(
                     0, states=[1.0], equations=lambda x, y, z, s: np.ones(3)), "fun": lambda x, y, z, s: x[0]}),

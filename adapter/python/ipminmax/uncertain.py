@@ -251,7 +251,10 @@ class _Model:
     def function(self, given: Any, name: str, jac: Any = None, hess: Any = None) -> _Function:
         """From a function of the parts, with exact derivatives if it is linear in them."""
         def value(X: Any, W: Any, k: int) -> Any:
-            found = np.ravel(given(*self.parts(X, W, k)))
+            found = given(*self.parts(X, W, k))
+            if found is None:
+                raise TypeError(f"{name} returned None")
+            found = np.ravel(found)
             return found if found.dtype.kind in "fcO" else found.astype(float)
 
         at, total = np.cumsum(self.sizes), sum(self.sizes)
@@ -442,12 +445,12 @@ def _add_constraints(model: _Model, constraints: Sequence[Any]) -> List[Row]:
 
 def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector]:
     """Bounds of z, and equations of the states; returns the bounds."""
-    limits = [np.broadcast_to(e if side is None else to_floats(side, f"{name} of Recourse"), recourse.n)
-              for name, side, e in (("lower", recourse.lower, -np.inf), ("upper", recourse.upper, np.inf))]
-    use = np.isfinite(limits[0]) | np.isfinite(limits[1])
-    if np.any(use):
-        model.add(number, "bounds of Recourse", model.function(lambda *p: p[2][use], "bounds of Recourse"),
-                  limits[0][use], limits[1][use])
+    limits = [recourse.numbers("lower", -np.inf), recourse.numbers("upper", np.inf)]
+    held, name = limits[0] == limits[1], "bounds of Recourse"
+    for use in (~held & (np.isfinite(limits[0]) | np.isfinite(limits[1])), held):
+        if np.any(use):
+            model.add(None if use is held else number, name, model.function(lambda *p, use=use: p[2][use], name),
+                      limits[0][use], limits[1][use])
     if model.s0.size:
         f = model.function(recourse.equations, "equations of Recourse")
         if f.value(model.start, model.w0, 0).size != model.s0.size:
@@ -490,7 +493,7 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
     names = {letter: [str(n) for n in own] for letter, own in names.items() if own is not None}
     if y0 is not None:
         y0 = _start(y0, "y0")
-        if not given.contains(y0, 1e-6):
+        if y0.size != given.n or not given.contains(y0, 1e-6):
             raise ValueError("y0 is not in the uncertainty set (without y0 a point inside is taken)")
         model.w0[:given.k] = given.factors(y0)
 
