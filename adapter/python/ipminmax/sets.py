@@ -58,7 +58,8 @@ class _Entropy:
         return (at * slope - (at - self.q) + below * (slope + 0.5 * below / at), slope + below / at, 1.0 / at)
 
     def scaled_support(self, w: Any, t: Any) -> Any:
-        return t * (self.level + np.sum(self.q * np.expm1(w / t)))
+        with np.errstate(over="ignore"):  # a step that is cut
+            return t * (self.level + np.sum(self.q * np.expm1(w / t)))
 
 
 class Smooth(NamedTuple):
@@ -572,15 +573,17 @@ class Discrete(UncertaintySet):
 class _Distributions(UncertaintySet):
     """Probabilities of as many outcomes as q has; those with q = 0 stay 0."""
 
-    def _ball(self, q: Any, radius: Any, smooth: Any) -> None:
+    def _ball(self, q: Any, radius: Any, smooth: Any, least: Any) -> None:
         """Factors u of p = q + size u, where the ball, or all probabilities, are of size one; smooth(q, radius, size):
-        the ball, of positive q."""
+        the ball, of positive q; least(q): radius from which on it has points with p = 0."""
         q, radius = _array(q, "q"), _number(radius, "radius", True)
         if np.any(q < 0.0) or abs(q.sum() - 1.0) > 1e-9:
             raise ValueError(f"q must be probabilities: none negative, of sum 1 (it is {q.sum():g})")
         p = q[q > 0.0]
         size = np.minimum(np.sqrt(radius * p), 1.0)
-        super().__init__(q, np.eye(q.size)[:, q > 0.0] * size, -p / size, (1.0 - p) / size, 0.0 * p, (
+        with np.errstate(divide="ignore"):  # of a single outcome
+            lower = np.where(radius > 0.99 * least(p), -p / size, -np.inf)
+        super().__init__(q, np.eye(q.size)[:, q > 0.0] * size, lower, np.inf + p, 0.0 * p, (
             size[None] / size.max(), np.zeros(1), np.zeros(1)), [smooth(p, radius, size)], _BALL_REACH / size)
 
 
@@ -588,14 +591,15 @@ class KLBall(_Distributions):
     """Probabilities p with sum of p log(p / q) <= radius."""
 
     def __init__(self, q: Any, radius: Any) -> None:
-        self._ball(q, radius, lambda p, r, size: Smooth(_Entropy(p, r), np.diag(size), p))
+        self._ball(q, radius, lambda p, r, size: Smooth(_Entropy(p, r), np.diag(size), p), lambda p: -np.log1p(-p))
 
 
 class ChiSquareBall(_Distributions):
     """Probabilities p with sum of (p - q)^2 / q <= radius."""
 
     def __init__(self, q: Any, radius: Any) -> None:
-        self._ball(q, radius, lambda p, r, size: Smooth(_Squares(), np.diag(size / np.sqrt(p * r)), 0.0 * p))
+        self._ball(q, radius, lambda p, r, size: Smooth(_Squares(), np.diag(size / np.sqrt(p * r)), 0.0 * p),
+                   lambda p: p / (1.0 - p))
 
 
 class MomentBox(UncertaintySet):
