@@ -541,8 +541,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
     args = args if isinstance(args, tuple) else (args,)
     if uncertainty is not None:
         if not (bounds_y is hess_pattern is None):
-            raise ValueError("bounds_y and hess_pattern cannot be given with uncertainty=: use "
-                             "sets.Box(...) & ... for bounds")
+            raise ValueError("bounds_y and hess_pattern cannot be given with uncertainty=: use sets.Box(...) & ...")
         from .uncertain import minimize_over_set
         return minimize_over_set(fun, x0, y0, args, jac, hess, bounds_x, _listed(constraints), callback,
                                  options, check_derivatives, uncertainty, recourse, exact,

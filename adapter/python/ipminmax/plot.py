@@ -97,8 +97,7 @@ def draw_policy(result: Any, axes: Any = None, count: int = 20) -> Any:
     for case in result.worst_cases:
         if case.active:
             axes.plot(result.policy(case.y), "o-", color="tab:red")
-    axes.set_xlabel("decision")
-    axes.set_ylabel("z")
+    axes.set(xlabel="decision", ylabel="z")
     return axes
 
 

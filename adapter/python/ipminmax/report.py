@@ -12,9 +12,7 @@ def _place(case: Any, names: Any) -> str:
 
 
 def _named(values: Any, names: Any) -> str:
-    most = 10
-    return str(values) if names is None else ", ".join(
-        f"{n} = {v:.6g}" for n, v in zip(names[:most], values)) + ", ..." * (len(names) > most)
+    return str(values) if names is None else ", ".join(f"{n} = {v:.6g}" for n, v in zip(names, values))
 
 
 def printed(result: Any) -> str:

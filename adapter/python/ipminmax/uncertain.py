@@ -254,8 +254,7 @@ class _Model:
             found = given(*self.parts(X, W, k))
             if found is None:
                 raise TypeError(f"{name} returned None")
-            found = np.ravel(found)
-            return found if found.dtype.kind in "fcO" else found.astype(float)
+            return np.ravel(found) if np.asarray(found).dtype.kind in "fcO" else np.ravel(found).astype(float)
 
         at, total = np.cumsum(self.sizes), sum(self.sizes)
         plane = _plane(lambda v: np.ravel(given(*np.split(v, at[:-1]))) + 0.0, total)
