@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 
 import ipminmax
-from ipminmax import Constraint, DerivativeWarning, minimize_minmax
+from ipminmax import Constraint, DerivativeWarning, differences, minimize_minmax
 
 A = np.array([1.0, 2.0])
 
@@ -152,6 +152,19 @@ class ClosedForms(unittest.TestCase):
                                  [0.0], bounds_x=(1e-6, None))
         np.testing.assert_allclose([*result.x, *result.y], 2.0, atol=1e-7)
         self.assertEqual(result.derivatives, "fun: complex steps")
+
+    def test_complex_steps_of_log_and_sqrt_of_negative_numbers(self):
+        """Their imaginary part is no slope: undefined, in each way to take the steps."""
+        for function in (np.log, np.sqrt):
+            def row(v, function=function):
+                return np.array([function(v[0] - 1.0), 3.0 * v[1]])
+            with self.subTest(function.__name__):
+                for v, slope in (([0.0, 1.0], np.nan), ([2.0, 1.0], 1.0 if function is np.log else 0.5)):
+                    for way in (lambda f, v: differences.complex_step(f, v),
+                                lambda f, v: differences.complex_steps_at_once(f, v, 2)):
+                        found = way(row, np.array(v))
+                        np.testing.assert_allclose(found[0, 0], slope)
+                        np.testing.assert_allclose(found[1], [0.0, 3.0])
 
     def test_functions_of_columns(self):
         """One call for all complex steps where columns are treated alike, else one for each."""

@@ -4,6 +4,8 @@ import contextlib
 import io
 import os
 import signal
+import subprocess
+import sys
 import time
 import unittest
 
@@ -144,6 +146,26 @@ class Interrupt(unittest.TestCase):
                 self.assertTrue(result.info["interrupted"])
                 self.assertFalse(result.success)
                 self.assertTrue(np.all(np.isfinite(result.x)))
+
+    def test_over_a_set(self):
+        """A signal to another process, while its line of progress shows a round."""
+        program = """if True:
+            import time
+            from ipminmax import minimize_minmax
+            from ipminmax.sets import Box
+            def fun(x, y):
+                time.sleep(1e-3)
+                return (x[0] - 1.0) ** 2 + 2.0 * x[0] * y[0] - 0.2 * y[0] ** 4
+            found = minimize_minmax(fun, [0.5], uncertainty=Box(-3.0, 3.0),
+                                    options={"progress": True, "minmax_starts": 1000})
+            print(found.success, found.info["interrupted"], found.fun == fun(found.x, found.y), found.message)"""
+        with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            shown = b""
+            while b"round" not in shown:
+                shown += os.read(process.stderr.fileno(), 1000)
+            process.send_signal(signal.SIGINT)
+            words = process.communicate(timeout=60)[0].decode()
+        self.assertIn("False True True stopped by the user", words)
 
     def test_while_the_game_is_set_up(self):
         slow = Slow(20)

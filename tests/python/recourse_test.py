@@ -5,8 +5,12 @@ import io
 import itertools
 import os
 import pickle
+import re
+import subprocess
 import sys
+import textwrap
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -17,10 +21,13 @@ except ImportError:
 
 SOURCE = os.environ.get("IPMINMAX_SOURCE_DIR", os.path.join(os.path.dirname(__file__), "../.."))
 sys.path.insert(0, os.path.join(SOURCE, "adapter/python/examples"))
+import ipminmax  # noqa: E402
 import recourse as examples  # noqa: E402
 from ipminmax import Constraint, LinearConstraint, Recourse, minimize_minmax  # noqa: E402
 from ipminmax.sets import (Ball, Box, Budget, ChiSquareBall, Discrete, Ellipsoid, KLBall, MomentBox,  # noqa: E402
                            Simplex)
+
+EXECUTABLE = os.path.join(os.path.dirname(ipminmax.__file__), "../../ipminmax")  # in the build tree
 
 
 def least(cost, rows, columns):
@@ -76,16 +83,51 @@ class Examples(unittest.TestCase):
     def test_what_is_printed(self):
         result = examples.newsvendor()
         text = str(result)
-        for words in ("value: 178.571", "local minmax, certified (local", "worst case: fun: 178.571", "active row: constraint 0",
+        for words in ("value: 178.571", "local minmax, certified (local", "worst case: fun: 178.571", "active row: constraints[0]",
                       "nothing is searched", "rule: z = ", "iterations"):
             self.assertIn(words, text)
         rows = result.worst_case_table()
         rows = rows if isinstance(rows, list) else rows.to_dict("records")
         self.assertEqual(len(rows), len(result.worst_cases))
         self.assertIn("y[0]", rows[0])
-        with contextlib.redirect_stderr(io.StringIO()) as shown:
-            minimize_minmax(lambda x, y: x @ x - y @ y, [1.0], [0.5], options={"progress": True})
-        self.assertRegex(shown.getvalue(), "search 1, iteration 1: value 0.75, violation 0")
+
+    def test_names(self):
+        result = minimize_minmax(
+            lambda paper, demand, z: paper[0] + z[0], [70.0], uncertainty=Box(50.0, 150.0), recourse=Recourse(1),
+            names_x=["paper"], names_y=["demand"], exact=True, constraints=[
+                Constraint(lambda x, y, z: z[0] - 0.5 * (x[0] - y[0]), lb=0.0, name="left over"),
+                Constraint(lambda x, y, z: z[0] - 3.0 * (y[0] - x[0]), lb=0.0)])
+        for words in (" x: paper = 135.714", "fun: 178.5714", " at demand = 150, multiplier", "left over, value 0: ", "constraints[1], value 0: "):
+            self.assertIn(words, str(result))
+        rows = result.worst_case_table()
+        rows = rows if isinstance(rows, list) else rows.to_dict("records")
+        self.assertIn("demand", rows[0])
+        with self.assertRaisesRegex(ValueError, "of left over"):
+            minimize_minmax(lambda x, y: x[0], [1.0], [1.0], constraints=Constraint(lambda x, y: x, [0.0, 1.0], name="left over"))
+        with self.assertRaisesRegex(ValueError, "names_y has 2"):
+            minimize_minmax(lambda x, y: x[0], [1.0], uncertainty=Box(0.0, 1.0), names_y=["a", "b"])
+
+    def test_plot(self):
+        """Decisions over their stages for samples and the worst cases, a set of two y with its worst cases."""
+        for example, size, lines in ((examples.inventory, 6, 20), (examples.truss, 181, 1)):
+            result, axes = example(), unittest.mock.MagicMock()
+            self.assertIs(result.plot(axes), axes)
+            drawn = axes.plot.call_args_list + axes.fill.call_args_list
+            self.assertEqual(max(np.size(call.args[0]) for call in drawn), size)
+            self.assertGreater(len(drawn), lines)
+
+    def test_progress(self):
+        """The last line is of the last iterate over x; a search over y does not count as the best value."""
+        for missing in ((), ("tqdm",)):
+            with contextlib.redirect_stderr(io.StringIO()) as shown, \
+                    unittest.mock.patch.dict(sys.modules, dict.fromkeys(missing)):
+                result = minimize_minmax(
+                    lambda x, y: (x[0] - 1.0) ** 2 + np.sin(3.0 * y[0]) * x[0] - 0.2 * y[0] ** 2, [0.5], bounds_x=(0.2, 5.0),
+                    uncertainty=Box(-3.0, 3.0), options={"minmax_worst_case_starts": 8, "progress": True})
+            lines = shown.getvalue().replace("\r", "\n").strip().splitlines()
+            self.assertIn("round 1, 0 searches over y, iteration 0: value ", "".join(lines))
+            self.assertRegex(lines[-1], r"round [2-9]\d*, [1-9]\d* searches over y, iteration \d+: value ")
+            self.assertAlmostEqual(float(re.search("best (.*?)( |$)", lines[-1]).group(1)), result.fun, delta=1e-4)
 
     def test_newsvendor(self):
         cost, hold, late, low, up = 1.0, 0.5, 3.0, 50.0, 150.0
@@ -322,6 +364,36 @@ class Rules(unittest.TestCase):
         self.assertEqual([list(s) for s in Recourse(2, depends_on=[1]).seen(3)], [[1], [1]])
         self.assertEqual([list(s) for s in Recourse(4, stages=[[2], [0]]).seen(3)], [[], [], [2], [2]])
 
+    @unittest.skipUnless(os.path.exists(EXECUTABLE), "the executable is not built")
+    def test_in_pyomo(self):
+        """The files that Pyomo wrote, and its programs where it is installed, have the values of the package."""
+        package = os.path.join(SOURCE, "tests/package")
+        for name, value, options in (("newsvendor", 178.571429, ["minmax_epigraph=yes"]), ("truss", 4.2, [])):
+            text = subprocess.run([EXECUTABLE, os.path.join(package, f"{name}.nl"), "print_level=0", *options],
+                                  capture_output=True, text=True, check=True).stdout
+            self.assertIn("certified local minmax", text)
+            self.assertAlmostEqual(float(re.search("objective (.*?),", text).group(1)), value, delta=1e-5)
+        try:
+            import pyomo.environ  # noqa: F401
+        except ImportError:
+            return
+        with open(os.path.join(SOURCE, "docs/pyomo.md")) as page:
+            programs = re.findall("    from pyomo.*?\n(?=[^ \n])", page.read(), re.DOTALL)
+        path = os.path.dirname(EXECUTABLE) + os.pathsep + os.environ["PATH"]
+        printed = [subprocess.run([sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=True,
+                                  env={**os.environ, "PATH": path}).stdout for program in programs]
+        self.assertEqual(printed, ["178.5714 135.714\n", "4.2000 2.600\n"])
+
+    def test_decisions_that_are_held(self):
+        """Bounds that hold one decision and not the other; what is returned is said by name."""
+        result = minimize_minmax(lambda x, y, z: x[0] ** 2 + z[0] * y[0] + 0.1 * z[1], [1.0], uncertainty=Box(0.0, 1.0),
+                                 recourse=Recourse(2, lower=[1.0, 0.5], upper=[1.0, 3.0], price=1e-3), exact=True)
+        self.assertAlmostEqual(result.fun, 1.05, delta=1e-6)
+        self.assertAlmostEqual(result.policy([0.3])[0], 1.0, delta=1e-6)
+        for name, fun, row in (("fun", None, 0.0), (r"constraints\[0\]", 0.0, None)):
+            with self.assertRaisesRegex(TypeError, f"^{name} returned None"):
+                minimize_minmax(lambda x, y: fun, [1.0], uncertainty=Box(0.0, 1.0), constraints=Constraint(lambda x, y: row, ub=1.0))
+
     def test_what_makes_no_sense(self):
         def fun(x, y):
             return x @ x + y[0]
@@ -337,6 +409,13 @@ class Rules(unittest.TestCase):
                 (ValueError, "depends_on", {"uncertainty": box, "recourse": Recourse(1, depends_on=[1])}),
                 (ValueError, "2 stages", {"uncertainty": box, "recourse": Recourse(1, stages=[[0], []])}),
                 (ValueError, "start of Recourse", {"uncertainty": box, "recourse": Recourse(1, start=[1.0, 2.0])}),
+                (ValueError, r"lower\[0\] = 1 of Recourse", {"uncertainty": box, "recourse": Recourse(1, lower=1.0, upper=0.0)}),
+                *((ValueError, f"{words} of Recourse", {"uncertainty": box, "recourse": Recourse(1, **{name: value})})
+                  for words, name, value in (
+                      ("depends_on", "depends_on", 3), ("depends_on", "depends_on", [[0.5], 0]), ("stages", "stages", [0]),
+                      ("stages", "stages", [[7]]), ("stages", "stages", 5), ("lower", "lower", np.nan), ("upper", "upper", [1.0, 2.0]),
+                      ("start", "start", np.nan), ("price", "price", -1.0),
+                      ("price", "price", [1.0, 2.0]))),
                 (ValueError, "need states", {"uncertainty": box, "recourse": Recourse(1, equations=fun)}),
                 (ValueError, "3 values, but there are 1", {"uncertainty": box, "recourse": Recourse(
                     0, states=[1.0], equations=lambda x, y, z, s: np.ones(3)), "fun": lambda x, y, z, s: x[0]}),

@@ -116,6 +116,32 @@ class Closed(unittest.TestCase):
                 for y in ([1.0, 2.1], [1.0, 3.1]):
                     self.assertEqual(a.contains(y), b.contains(shift + scale * np.array(y)))
 
+    def test_mixed_units(self):
+        """y in very different units, large shifts, and sets so small or large that squares of sizes are no numbers."""
+        samples = [Box([0.0, 0.0], [1e-8, 1e8]), Ellipsoid([0.0, 0.0], np.diag([1e-16, 1e16])), Budget([1.0, 1e9], [1e-9, 1e9], 1.5),
+                   Polyhedron([[1e8, 0.0], [0.0, 1e-8], [-1.0, 0.0], [0.0, -1.0]], [1.0, 1.0, 0.0, 0.0]),
+                   FactorModel([0.0, 0.0, 0.0], [[1e-9, 0.0], [0.0, 1e9], [1e-9, 0.0]]),
+                   Ball([1e4, -1e4], 1e-6), Box(1e4, 1e4 + 1e-6) * Simplex(2, 1e6), Ball([0.0, 0.0], 1e-200), Ball([0.0, 0.0], 1e200)]
+        for given in samples + [Box(0.0, [1e-8, 1e8]) & Ellipsoid([0.0, 0.0], np.diag([1e-16, 1e16]))]:
+            size = np.ptp(given.sample(50), axis=0)
+            with self.subTest(given=type(given).__name__, size=size):
+                self.assertTrue(all(map(given.contains, given.sample(50))))
+                for axis in np.eye(given.n):
+                    worst = given.worst(axis / (axis @ size))
+                    self.assertTrue(given.contains(worst, 1e-6))
+                    self.assertFalse(given.contains(worst + 1e-2 * axis * size))
+
+    def test_small_and_large_balls_of_probabilities(self):
+        """Of a small radius those of a norm; a large one is all probabilities."""
+        c = np.array([1.0, -2.0, 0.5])
+        spread = np.sqrt(Q @ (c - Q @ c) ** 2)
+        for radius in (1e-4, 1e-8, 1e-12):
+            for given, width in ((KLBall(Q, radius), np.sqrt(2.0 * radius)), (ChiSquareBall(Q, radius), np.sqrt(radius))):
+                self.assertAlmostEqual((given.support(c) - Q @ c) / (width * spread), 1.0, delta=1e-4 + 2.0 * np.sqrt(radius))
+                self.assertTrue(all(map(given.contains, given.sample(20))))
+        for given in (KLBall(Q, 100.0), ChiSquareBall(Q, 1e6)):
+            self.assertAlmostEqual(given.support(c), 1.0, delta=1e-6)
+
     def test_intersection_with_points(self):
         some = Discrete([[0.0, 1.0], [2.0, 3.0]]) & Ball([0.0, 0.0], 2.0)
         np.testing.assert_array_equal(some.origins, [[0.0, 1.0]])
@@ -141,6 +167,9 @@ class Mistakes(unittest.TestCase):
                 ("loadings", lambda: FactorModel([0.0, 0.0], np.ones((2, 2)))),
                 ("beta", lambda: FactorModel([0.0], [[1.0]], -0.1)),
                 ("points", lambda: Discrete([])), ("points", lambda: Discrete([[np.inf]])),
+                ("points has rows", lambda: Discrete([[1.0, 2.0], [1.0]])), ("A has rows", lambda: Polyhedron([[1.0, 2.0], [3.0]], 1.0)),
+                ("moments", lambda: MomentBox([0.0, 1.0], 0.0, 1.0, lambda p: np.nan)),
+                ("eigenvalue, -1 with", lambda: Ellipsoid([0.0, 0.0], -np.eye(2))), ("n has", lambda: Simplex(None)),
                 ("q must be", lambda: KLBall([0.5, 0.6], 0.1)), ("q must be", lambda: ChiSquareBall([1.5, -0.5], 0.1)),
                 ("radius", lambda: KLBall([0.5, 0.5], 0.0)), ("lower", lambda: MomentBox([0.0, 1.0], 0.6, 0.4)),
                 ("empty", lambda: MomentBox([0.0, 1.0], 1.1, 1.2)),

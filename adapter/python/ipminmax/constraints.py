@@ -17,7 +17,8 @@ class Constraint:
     (nx + ny), or a tuple (k x nx, k x ny); None: by complex steps or differences. hess(x, y,
     multipliers): Hessian of multipliers'fun in (x, y), (nx + ny) square, symmetric. player: "min" or
     "max" says whose it is; by default what reads y is the maximizer's, other constraints are the
-    minimizer's. A constraint with player="min" that reads y is robust: it holds for every y.
+    minimizer's. A constraint with player="min" that reads y is robust: it holds for every y. name: in
+    messages and what a result prints, instead of constraints[0] and so on.
     """
 
     fun: Callable[..., Any]
@@ -26,6 +27,7 @@ class Constraint:
     jac: Optional[Callable[..., Any]] = None
     hess: Optional[Callable[..., Any]] = None
     player: Optional[str] = None
+    name: Optional[str] = None
 
 
 @dataclass(eq=False)
@@ -39,6 +41,7 @@ class LinearConstraint:
     lb: Any = -np.inf
     ub: Any = np.inf
     player: Optional[str] = None
+    name: Optional[str] = None
 
 
 def _is_sparse(matrix: Any) -> bool:
@@ -159,7 +162,8 @@ def _from_dictionary(given: Any, name: str, nx: int, ny: int) -> Row:
 
 
 def read_constraint(given: Any, name: str, nx: int, ny: int) -> Row:
-    """Converts a constraint, in any of its forms, to a Row."""
+    """Converts a constraint, in any of its forms, to a Row; name: of one that has none."""
+    name = str(getattr(given, "name", None) or name)
     if isinstance(given, Constraint):
         return Row(name, given.lb, given.ub, given.player).with_functions(
             given.fun, given.jac, given.hess)

@@ -15,6 +15,8 @@ _ComplexWarning = getattr(np, "exceptions", np).ComplexWarning
 _STEP = 6e-6
 #: Complex step: whatever it is, nothing is subtracted.
 _IMAGINARY = 1e-30
+#: More than any derivative.
+_NO_SLOPE = 1e20
 _EPSILON = np.finfo(float).eps
 #: Over the step, those with which slopes are compared until they are accurate enough to tell.
 _SCALES = (1.0, 1e-2, 1e2, 1e-4)
@@ -128,13 +130,18 @@ class Box:
         return (float(np.max(third)) + 1.0) / step, turn
 
 
+def _of_step(imaginary: Vector) -> Vector:
+    """NaN where the function is undefined: log and sqrt of negative numbers have an imaginary part without a step."""
+    return np.where(np.abs(imaginary) < _NO_SLOPE * _IMAGINARY, imaginary / _IMAGINARY, np.nan)
+
+
 def complex_step(function: Function, v: Vector) -> Vector:
     """f'(v) e_j = Im f(v + i h e_j) / h: no cancellation, exact to rounding where f is analytic."""
     columns = []
     moved = v.astype(complex)
     for j in range(v.size):
         moved[j] += 1j * _IMAGINARY
-        columns.append(np.atleast_1d(np.asarray(function(moved.copy()))).ravel().imag / _IMAGINARY)
+        columns.append(_of_step(np.atleast_1d(np.asarray(function(moved.copy()))).ravel().imag))
         moved[j] = v[j]
     return np.stack(columns, axis=-1)
 
@@ -152,7 +159,7 @@ def complex_steps_at_once(function: Function, v: Vector, rows: int) -> Optional[
         return None
     if values.shape != (rows, v.size) and (rows, values.shape) != (1, (v.size,)):
         return None
-    return values.reshape(rows, v.size).imag / _IMAGINARY
+    return _of_step(values.reshape(rows, v.size).imag)
 
 
 def central(function: Function, v: Vector, box: Box) -> Vector:
@@ -235,7 +242,7 @@ def _analytic_at(function: Function, v: Vector, box: Box, random: np.random.Gene
 
     def along(direction: Vector) -> Vector:
         moved = v.astype(complex) + 1j * _IMAGINARY * direction
-        return np.atleast_1d(np.asarray(function(moved))).ravel().imag / _IMAGINARY
+        return _of_step(np.atleast_1d(np.asarray(function(moved))).ravel().imag)
 
     return all(mismatch(function, along, v, direction, box) is None
                for direction in _directions(v.size, random))

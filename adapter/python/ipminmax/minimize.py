@@ -16,7 +16,7 @@ from .differences import (Box, Derivative, DerivativeWarning, EvaluationError, L
                           check_given)
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
-from .report import showing
+from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase
 
 
@@ -64,6 +64,8 @@ class _Game:
         self.v0 = np.clip(v0, box.lower, box.upper)
         self.names = [f"x[{j}]" for j in range(nx)] + [f"y[{j}]" for j in range(v0.size - nx)]
         self.clock, self.nfev, self.notes = clock, 0, []  # type: _Clock, int, List[str]
+        self.progress: Optional[Progress] = None
+        self.given_names: Dict[str, List[str]] = {}
         self._last: Tuple[Vector, Any] = (np.full(v0.size, np.nan), None)  # of jac=True
         self.rows: List[Row] = []
         self.places: List[Tuple[Row, int]] = []  #: of each value of g: its constraint, and which
@@ -367,7 +369,8 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
             return answer is None or bool(answer)
         functions.intermediate = intermediate
     if options.pop("progress", False):
-        functions.intermediate = showing(getattr(functions, "intermediate", None))
+        functions.intermediate = game.progress = Progress(
+            getattr(functions, "intermediate", None), lambda: of().get_current_iterate())  # type: ignore[union-attr]
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
                       game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
@@ -484,6 +487,7 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
                 for p in info["points"]],
         nit=statistics["iterations"], nfev=game.nfev,
         statements=info["statements"], multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],
+        names={**game.given_names, "constraints": [row.name for row in game.rows]},
         derivatives=game.describe_derivatives(), info=info, problem=problem)
 
 
@@ -549,12 +553,12 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
         raise ValueError("without uncertainty= y0 has to be given, and there is no recourse= or exact=")
     args = args if isinstance(args, tuple) else (args,)
     if uncertainty is not None:
-        if not (bounds_y is hess_pattern is names_x is names_y is None):
-            raise ValueError("bounds_y, hess_pattern, names_x and names_y cannot be given with "
-                             "uncertainty=: use sets.Box(...) & ... for bounds")
+        if not (bounds_y is hess_pattern is None):
+            raise ValueError("bounds_y and hess_pattern cannot be given with uncertainty=: use sets.Box(...) & ...")
         from .uncertain import minimize_over_set
         return minimize_over_set(fun, x0, y0, args, jac, hess, bounds_x, _listed(constraints), callback,
-                                 options, check_derivatives, uncertainty, recourse, exact)
+                                 options, check_derivatives, uncertainty, recourse, exact,
+                                 {"x": names_x, "y": names_y})
     start_x, start_y = _start(x0, "x0"), _start(y0, "y0")
     v0 = np.concatenate([start_x, start_y])
     if v0.size == 0:
@@ -571,7 +575,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
         if names is not None:
             if len(names) != len(game.names[place]):
                 raise ValueError(f"{name} has {len(names)} entries, not {len(game.names[place])}")
-            game.names[place] = list(names)
+            game.names[place] = game.given_names[name[-1]] = [str(n) for n in names]
     problem = None
     try:
         game.set_objective(jac)
@@ -581,4 +585,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
         v, info = _checked(game, problem, v0, check_derivatives)
     except LimitReached:
         v, info = _late(game, v0)
+    finally:
+        if game.progress is not None:
+            game.progress.close()
     return _result(game, problem, v, info)

@@ -79,6 +79,8 @@ class Pattern:
         found = np.zeros(keys.size, dtype=bool)
         inside = places < self._keys.size
         found[inside] = self._keys[places[inside]] == keys[inside]
+        if np.any(np.isnan(data[~found])):  # undefined there: so is every entry
+            return np.full(self._keys.size, np.nan)
         if not np.all(found):
             row, col = divmod(int(keys[np.argmin(found)]), self.shape[1])
             how = ("its matrices around the starting point did not store: store all entries, those "

@@ -89,6 +89,18 @@ def draw_worst_cases(result: MinmaxResult, axes: Any = None, first: int = 0, sec
     return axes
 
 
+def draw_policy(result: Any, axes: Any = None, count: int = 20) -> Any:
+    """Decisions z, in the order of their stages, for sampled y (thin) and the worst cases on which x rests."""
+    axes = axes or new_axes()
+    for y in result.uncertainty.sample(count):
+        axes.plot(result.policy(y), ".-", color="tab:blue", alpha=0.3)
+    for case in result.worst_cases:
+        if case.active:
+            axes.plot(result.policy(case.y), "o-", color="tab:red")
+    axes.set(xlabel="decision", ylabel="z")
+    return axes
+
+
 def draw_convergence(result: MinmaxResult, axes: Any = None) -> Any:
     """Columns inf_pr, inf_du and mu of the log over the iterations of the last search."""
     history = result.info["history"]

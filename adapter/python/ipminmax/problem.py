@@ -25,7 +25,10 @@ _SUCCESS = (0, 1)
 
 def to_floats(values: Any, name: str) -> Vector:
     """An array of finite or infinite numbers; TypeError names what is none."""
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name} has rows of different lengths: {values!r:.60}") from None
     if array.dtype.kind not in "fiub":
         try:
             if array.dtype.kind == "c":

@@ -44,16 +44,28 @@ class Recourse:
         if self.stages is not None:
             if self.depends_on is not None:
                 raise ValueError("depends_on and stages of Recourse say the same: give one of them")
-            known = [to_indices(np.concatenate([[], *self.stages[:k]]), ny, "stages of Recourse")
-                     for k in range(len(self.stages))]
+            each = _lists(self.stages, "stages", ny)
+            known = [np.concatenate([[], *each[:k]]).astype(int) for k in range(len(each))]
             if not known or self.n % len(known):
                 raise ValueError(f"n of Recourse is {self.n}, not a multiple of its {len(known)} stages")
             return [y for y in known for _ in range(self.n // len(known))]
         given = range(ny) if self.depends_on is None else self.depends_on
-        each = [given] * self.n if all(np.ndim(i) == 0 for i in given) else list(given)
+        if not _is_list(given) or not any(map(_is_list, given)):
+            given = [given] * self.n
+        each = _lists(given, "depends_on", ny)
         if len(each) != self.n:
             raise ValueError(f"depends_on of Recourse has {len(each)} lists for {self.n} decisions")
-        return [to_indices(list(y), ny, "depends_on of Recourse") for y in each]
+        return each
+
+    def numbers(self, name: str, otherwise: float) -> Vector:
+        """The argument as one number for each decision."""
+        values = getattr(self, name)
+        array = np.full(1, otherwise) if values is None else to_floats(values, f"{name} of Recourse").ravel()
+        if array.size not in (1, self.n):
+            raise ValueError(f"{name} of Recourse has {array.size} entries, expected {self.n}")
+        if np.any(np.isnan(array)):
+            raise ValueError(f"{name} of Recourse has an entry that is NaN")
+        return np.broadcast_to(array, self.n)
 
     def check(self) -> None:
         self.n = to_count(self.n, "n of Recourse")
@@ -61,6 +73,27 @@ class Recourse:
             raise ValueError(f"rule of Recourse is {self.rule!r:.60}; it must be one of {RULES}")
         if (self.equations is None) != (np.size(self.states) == 0):
             raise ValueError("equations of Recourse need states at the start, and states need equations")
+        if not (self.equations is None or callable(self.equations)):
+            raise TypeError(f"equations of Recourse is {self.equations!r:.60}, not a function")
+        if not np.all(np.isfinite(to_floats(self.states, "states of Recourse"))):
+            raise ValueError("states of Recourse has an entry that is not finite")
+        price = to_floats(self.price, "price of Recourse")
+        if price.size != 1 or not 0.0 <= price[0] < np.inf:
+            raise ValueError(f"price of Recourse is {self.price!r:.60}; it must be a number, not negative")
+        low, up = self.numbers("lower", -np.inf), self.numbers("upper", np.inf)
+        if np.any(low > up):
+            i = int(np.argmax(low > up))
+            raise ValueError(f"lower[{i}] = {low[i]:g} of Recourse is above upper[{i}] = {up[i]:g}")
+
+
+def _is_list(given: Any) -> bool:
+    return hasattr(given, "__len__") and not isinstance(given, str) and getattr(given, "ndim", 1) > 0
+
+
+def _lists(given: Any, name: str, ny: int) -> List[Any]:
+    if not _is_list(given) or not all(map(_is_list, given)):
+        raise ValueError(f"{name} of Recourse is {given!r:.60}; it must be lists of indices of y")
+    return [to_indices(list(y), ny, f"{name} of Recourse") for y in given]
 
 
 class Policy:
@@ -68,7 +101,7 @@ class Policy:
 
     def __init__(self, recourse: Recourse, lower: Vector, upper: Vector) -> None:
         recourse.check()
-        ny, order = lower.size, RULES.index(recourse.rule)
+        ny, order, self.stages = lower.size, RULES.index(recourse.rule), recourse.stages
         self._center, width = 0.5 * (lower + upper), 0.5 * (upper - lower)
         self._width = np.where(width > 0.0, width, 1.0)
         self._pairs = np.array([(i, j) for i in range(ny) for j in range(i, ny)] if order > 1 else [],
@@ -79,12 +112,8 @@ class Policy:
         first, second = self._pairs
         self._free = np.hstack([np.ones((recourse.n, 1), dtype=bool), sees & (order > 0),
                                 sees[:, first] & sees[:, second]])
-        start = np.zeros(recourse.n) if recourse.start is None else to_floats(
-            recourse.start, "start of Recourse").ravel()
-        if start.size not in (1, recourse.n):
-            raise ValueError(f"start of Recourse has {start.size} entries, expected {recourse.n}")
         everything = np.zeros(self._free.shape)
-        everything[:, 0] = start
+        everything[:, 0] = recourse.numbers("start", 0.0)
         self.answer: Vector = everything[self._free]  #: coefficients of the rule, those that are free
         #: Price of the square of each of them.
         self.prices = np.where(np.nonzero(self._free)[1] > 0, float(recourse.price), 0.0)

@@ -7,8 +7,12 @@ from typing import Any, List
 import numpy as np
 
 
-def _place(case: Any) -> str:
-    return "fun" if case.constraint is None else f"constraint {case.constraint}, value {case.row}"
+def _place(case: Any, names: Any) -> str:
+    return "fun" if case.constraint is None else f"{names['constraints'][case.constraint]}, value {case.row}"
+
+
+def _named(values: Any, names: Any) -> str:
+    return str(values) if names is None else ", ".join(f"{n} = {v:.6g}" for n, v in zip(names, values))
 
 
 def printed(result: Any) -> str:
@@ -23,15 +27,17 @@ def printed(result: Any) -> str:
     advice = [line for line in result.statements[0].splitlines()[1:] if line not in result.message]
     lines = [("value", f"{result.fun:.9g}"), ("kind", f"{kind} ({'; '.join(words)})"),
              ("why it ended", "\n".join([result.message] + advice))]
-    with np.printoptions(precision=6, threshold=10, edgeitems=3):
-        lines += [("x", result.x), ("y", result.y)]
+    with np.printoptions(precision=6, threshold=10, edgeitems=3, linewidth=1000):
+        names = result.names
+        lines += [("x", _named(result.x, names.get("x"))), ("y", _named(result.y, names.get("y")))]
         if getattr(result, "policy", None) is not None:
             z0, z1 = result.policy.coefficients[:2]
             lines.append(("rule", f"z = {z0} + Z1 y, largest entry of Z1 {np.abs(z1).max(initial=0.0):.6g}"))
         active = [case for case in result.worst_cases if case.active]
         for name, cases in (("worst case", [c for c in active if c.constraint is None]),
                             ("active row", [c for c in active if c.constraint is not None])):
-            lines += [(name, f"{_place(c)}: {c.value:.9g} at y = {c.y}, multiplier {c.multiplier:.4g}")
+            lines += [(name, f"{_place(c, names)}: {c.value:.9g} at {'' if 'y' in names else 'y = '}"
+                       f"{_named(c.y, names.get('y'))}, multiplier {c.multiplier:.4g}")
                       for c in cases[:5]]
             lines += [(name, f"... and {len(cases) - 5} more")] * (len(cases) > 5)
     lines += list(zip(("over y", "over x"), result.statements[2:]))
@@ -45,8 +51,9 @@ def printed(result: Any) -> str:
 
 def table(result: Any) -> Any:
     """Returns the worst cases as a frame of pandas, without pandas as a list of dicts."""
-    rows: List[Any] = [{"of": _place(c), "value": c.value, "multiplier": c.multiplier, "active": c.active,
-                        **{f"y[{i}]": v for i, v in enumerate(c.y)}} for c in result.worst_cases]
+    names = result.names.get("y") or [f"y[{i}]" for i in range(len(result.y))]
+    rows: List[Any] = [{"of": _place(c, result.names), "value": c.value, "multiplier": c.multiplier,
+                        "active": c.active, **dict(zip(names, c.y))} for c in result.worst_cases]
     try:
         import pandas  # type: ignore[import]
     except ImportError:
@@ -54,19 +61,41 @@ def table(result: Any) -> Any:
     return pandas.DataFrame(rows)
 
 
-def showing(intermediate: Any) -> Any:
-    """Returns an intermediate callback that shows a line on stderr: searches begun, iterations, value and
-    violation at the iterate, and the best feasible value so far."""
-    seen = {"searches": 0, "iterations": 0, "last": 0.0, "best": np.inf}
+class Progress:
+    """An intermediate callback that shows one line on stderr: rounds (solves over x), searches over y, value and
+    violation at the iterate, and the least feasible value of the round. Later rounds know more worst cases."""
 
-    def shown(mode: Any, iteration: int, value: float, violation: float, *more: Any) -> Any:
-        seen["searches"] += iteration == 0
-        seen["iterations"] += 1
-        if violation <= 1e-6:
-            seen["best"] = min(seen["best"], value)
-        if time.monotonic() - seen["last"] > 0.1:
-            seen["last"] = time.monotonic()
-            print(f"search {seen['searches']}, iteration {seen['iterations']}: value {value:.6g}, violation "
-                  f"{violation:.1e}, best {seen['best']:.6g}  ", end="\r", file=sys.stderr, flush=True)
-        return True if intermediate is None else intermediate(mode, iteration, value, violation, *more)
-    return shown
+    def __init__(self, intermediate: Any, iterate: Any) -> None:
+        self._intermediate, self._iterate = intermediate, iterate
+        self._rounds, self._searches, self._best, self._text, self._last = 0, 0, np.inf, "", -np.inf
+        try:
+            import tqdm
+            self._bar: Any = tqdm.tqdm(bar_format="{desc} [{elapsed}]", file=sys.stderr)
+        except ImportError:
+            self._bar = None
+
+    def __call__(self, mode: Any, iteration: int, value: float, violation: float, *more: Any) -> Any:
+        over_x = self._iterate() is not None  # None: a maximization over y at a held x
+        if iteration == 0:
+            self._rounds, self._searches = self._rounds + over_x, self._searches + (not over_x)
+            self._best = np.inf if over_x else self._best
+        if over_x:
+            self._best = min(self._best, value) if violation <= 1e-6 else self._best
+            self._text = (f"round {self._rounds}, {self._searches} searches over y, iteration {iteration}: value "
+                          f"{value:.6g}, violation {violation:.1e}, best {self._best:.6g}")
+            if time.monotonic() - self._last > 0.1:
+                self._last = time.monotonic()
+                self._show("\r")
+        return True if self._intermediate is None else self._intermediate(mode, iteration, value, violation, *more)
+
+    def _show(self, end: str) -> None:
+        if self._bar is None:
+            print(f"{self._text:<100}", end=end, file=sys.stderr, flush=True)
+        else:
+            self._bar.set_description_str(self._text)
+
+    def close(self) -> None:
+        """Shows the last iterate; what is printed next has a line of its own."""
+        self._show("\n")
+        if self._bar is not None:
+            self._bar.close()

@@ -71,6 +71,8 @@ class MinmaxResult:
     multipliers: List[Vector] = field(default_factory=list)  #: one array per constraint
     #: Why the solve stopped, what the point is locally, what was searched over all of y and over x.
     statements: List[str] = field(default_factory=list)
+    #: Those that were given: "x", "y" of the variables, "constraints".
+    names: Dict[str, List[str]] = field(default_factory=dict)
     derivatives: str = ""  #: where those that were not given come from
     info: Dict[str, Any] = field(default_factory=dict)  #: of Problem.solve
     problem: Optional[Problem] = None  #: for sensitivity() and solve_again()

@@ -54,28 +54,29 @@ class _Entropy:
 
     def terms(self, v: Any) -> Tuple[Any, Any, Any]:
         at = np.where(np.real(v) > 1e-10 * self.q, v, 1e-10 * self.q)
-        below, slope = v - at, np.log(at / self.q)
-        return (at * slope - at + self.q + below * (slope + 0.5 * below / at), slope + below / at, 1.0 / at)
+        below, slope = v - at, np.log1p((at - self.q) / self.q)
+        return (at * slope - (at - self.q) + below * (slope + 0.5 * below / at), slope + below / at, 1.0 / at)
 
     def scaled_support(self, w: Any, t: Any) -> Any:
-        return t * (self.level + np.sum(self.q * np.expm1(w / t)))
+        with np.errstate(over="ignore"):  # a step that is cut
+            return t * (self.level + np.sum(self.q * np.expm1(w / t)))
 
 
 class Smooth(NamedTuple):
-    """h(A u + b) <= level."""
+    """h(A u + b) <= level; value, gradient and Hessian are those of h / level - 1."""
 
     h: Any
     A: Vector
     b: Vector
 
     def value(self, u: Any) -> Any:
-        return np.sum(self.h.terms(self.A @ u + self.b)[0]) - self.h.level
+        return np.sum(self.h.terms(self.A @ u + self.b)[0]) / self.h.level - 1.0
 
     def gradient(self, u: Vector) -> Any:
-        return self.h.terms(self.A @ u + self.b)[1] @ self.A
+        return self.h.terms(self.A @ u + self.b)[1] @ self.A / self.h.level
 
     def hessian(self, u: Vector) -> Any:
-        return self.A.T @ (self.h.terms(self.A @ u + self.b)[2][:, None] * self.A)
+        return self.A.T @ (self.h.terms(self.A @ u + self.b)[2][:, None] * self.A) / self.h.level
 
     def turned(self, turn: Vector, move: Any) -> "Smooth":
         """Returns the set with turn u + move in place of u."""
@@ -113,6 +114,14 @@ def _knapsack(gain: Vector, room: Vector, total: float) -> Vector:
     return np.where(gain > 0.0, u, 0.0)
 
 
+def _are_independent(matrix: Vector) -> bool:
+    """Whether the columns are, in whatever units rows and columns are."""
+    for axis in (1, 0):
+        size = np.max(np.abs(matrix), axis=axis, keepdims=True)
+        matrix = matrix / np.where(size > 0.0, size, 1.0)
+    return bool(np.linalg.matrix_rank(matrix) == matrix.shape[1])
+
+
 def _blocks(a: Vector, b: Vector) -> Vector:
     return np.block([[a, np.zeros((a.shape[0], b.shape[1]))], [np.zeros((b.shape[0], a.shape[1])), b]])
 
@@ -144,6 +153,12 @@ class UncertaintySet:
         return (np.vstack([self.matrix, np.eye(self.k)]), np.r_[self.row_lower, self.lower],
                 np.r_[self.row_upper, self.upper])
 
+    @property
+    def sizes(self) -> Vector:
+        """Of each y how far the factors move it; 1 where they do not."""
+        size = np.abs(self.loadings) @ self.width
+        return np.where(size > 0.0, size, 1.0)
+
     # --- Composition
 
     def __mul__(self, other: "UncertaintySet") -> "UncertaintySet":
@@ -173,12 +188,14 @@ class UncertaintySet:
         matrix, low, up = self.sides
         values, size = matrix @ u, np.abs(matrix) @ self.width + _TINY
         return float(np.max(np.r_[(low - values) / size, (values - up) / size,
-                                  [s.value(u) / s.h.level for s in self.smooth]], initial=-np.inf))
+                                  [s.value(u) for s in self.smooth]], initial=-np.inf))
 
     def factors(self, y: Vector) -> Vector:
         """Returns the factors of y, or of the nearest y that has factors."""
-        found: Vector = np.linalg.lstsq(self.loadings, y - self.origins[0], rcond=None)[0]
-        return found
+        size = self.sizes
+        found: Vector = np.linalg.lstsq(self.loadings * self.width / size[:, None], (y - self.origins[0]) / size,
+                                        rcond=None)[0]
+        return self.width * found
 
     def contains(self, y: Any, tol: float = _INSIDE) -> bool:
         """Returns whether y is in the set; tol: allowed violation, relative to the size of the set."""
@@ -187,9 +204,9 @@ class UncertaintySet:
     def _has(self, y: Vector, tol: float) -> bool:
         u = self.factors(y)
         gap = np.abs(self.origins[0] + self.loadings @ u - y)
-        size = tol * np.abs(self.loadings) @ self.width
-        rounding = 8.0 * np.finfo(float).eps * (np.abs(y) + np.abs(self.origins[0]))
-        return bool(np.all(gap <= size + rounding)) and self.violation(u) <= tol
+        room = tol * np.abs(self.loadings) @ self.width + 8.0 * np.finfo(float).eps * (np.abs(y) + np.abs(self.origins[0]))
+        return bool(np.all(gap <= room)) and self.violation(u) <= np.max(
+            room / self.sizes, where=np.any(self.loadings, axis=1), initial=tol)
 
     def worst(self, c: Any) -> Any:
         """Returns a y at which c'y is largest."""
@@ -268,7 +285,8 @@ class UncertaintySet:
             low, up, at, slope = np.zeros(n), far, s.A @ self.start + s.b, steps @ s.A.T
             for _ in range(60):
                 middle = 0.5 * (low + up)
-                inside = np.sum(s.h.terms(at + middle[:, None] * slope)[0], axis=1) <= s.h.level
+                with np.errstate(over="ignore", invalid="ignore"):
+                    inside = np.sum(s.h.terms(at + middle[:, None] * slope)[0], axis=1) <= s.h.level
                 low, up = np.where(inside, middle, low), np.where(inside, up, middle)
             far = low
         return self.start + (random.random(n) ** (1.0 / max(self.k, 1)) * far)[:, None] * steps
@@ -309,7 +327,7 @@ class UncertaintySet:
             if np.any(use):
                 rows.append(LinearConstraint(A[use, :start.size], None, lower[use], b[use], player="min"))
         for s in self.smooth:
-            rows.append(Constraint(lambda v, _, s=s: s.value(v[:k]) - np.sum(v[k:]) * s.h.level,  # type: ignore
+            rows.append(Constraint(lambda v, _, s=s: s.value(v[:k]) - np.sum(v[k:]),  # type: ignore
                                    ub=0.0, player="min"))
         return minimize_minmax(fun, start, [], constraints=rows,
                                bounds_x=[(None, None)] * k + [(-1.0, None)] * (start.size - k))
@@ -359,7 +377,7 @@ class _Intersection(UncertaintySet):
 
     def __init__(self, a: UncertaintySet, b: UncertaintySet) -> None:
         self.parts = [a, b]
-        follows = [p.k == p.n and np.linalg.matrix_rank(p.loadings) == p.n for p in (a, b)]
+        follows = [p.k == p.n and _are_independent(p.loadings) for p in (a, b)]
         first, second = (b, a) if follows[0] and not follows[1] else (a, b)
         shift = first.origins[0] - second.origins[0]
         more = 0 if any(follows) else second.k
@@ -415,10 +433,10 @@ class Ellipsoid(UncertaintySet):
         shape = _array(shape, "shape", (None, center.size))
         if len(shape) != center.size or not np.allclose(shape, shape.T, rtol=1e-9, atol=0.0):
             raise ValueError(f"shape is not a symmetric matrix of {center.size} rows")
-        size = np.sqrt(np.maximum(np.diag(shape), _TINY))  # in units of each y
-        values, vectors = np.linalg.eigh(shape / np.outer(size, size))
+        size = np.sqrt(np.where(np.diag(shape) > 0.0, np.diag(shape), 1.0))  # in units of each y
+        values, vectors = np.linalg.eigh(shape / size[:, None] / size)
         if values[0] < -1e-12 * abs(values[-1]):
-            raise ValueError(f"shape has a negative eigenvalue, {values[0]:g} in units of its diagonal")
+            raise ValueError(f"shape has a negative eigenvalue, {values[0]:g} with 1 on its diagonal")
         keep = values > 1e-12 * values[-1]
         zero = np.zeros(np.count_nonzero(keep))
         smooth = [Smooth(_Squares(), np.eye(zero.size), zero)] if zero.size else []
@@ -426,6 +444,7 @@ class Ellipsoid(UncertaintySet):
                          zero - np.inf, zero + np.inf, zero, None, smooth, _BALL_REACH)
 
     def worst_factors(self, gain: Vector) -> Vector:
+        gain = gain / max(np.max(np.abs(gain), initial=0.0), _TINY)
         return gain / max(float(np.linalg.norm(gain)), _TINY)
 
 
@@ -451,7 +470,8 @@ class Budget(UncertaintySet):
                          (matrix, np.full(up.size, -np.inf), up))
 
     def factors(self, y: Vector) -> Any:
-        xi = np.linalg.lstsq(self._side, y - self.origins[0], rcond=None)[0]
+        size = self._side.sum(axis=0)
+        xi = np.sign(self._side).T @ (y - self.origins[0]) / size
         return np.concatenate([np.maximum(s * xi, 0.0) for s in self._signs]) if len(self._signs) > 1 else xi
 
     def worst_factors(self, gain: Vector) -> Vector:
@@ -473,8 +493,11 @@ def Ball(center: Any, radius: Any, norm: Any = 2) -> UncertaintySet:
     center, radius = _array(center, "center"), _number(radius, "radius")
     if norm not in (1, 2, np.inf):
         raise ValueError(f"norm is {norm!r:.60}; it must be 1, 2 or infinity")
-    return (Budget(center, radius, 1.0) if norm == 1 else Box(center - radius, center + radius)
-            if norm == np.inf else Ellipsoid(center, radius**2 * np.eye(center.size)))
+    if norm != 2:
+        return Budget(center, radius, 1.0) if norm == 1 else Box(center - radius, center + radius)
+    found = Ellipsoid(center, (radius > 0.0) * np.eye(center.size))
+    found.loadings = radius * found.loadings
+    return found
 
 
 class Polyhedron(UncertaintySet):
@@ -501,9 +524,10 @@ class Simplex(UncertaintySet):
     """n numbers y >= 0 whose sum is total."""
 
     def __init__(self, n: int, total: Any = 1.0) -> None:
-        if int(n) != n or n < 1:
+        count = _array(n, "n", 1)[0]
+        if count < 1.0 or count % 1.0:
             raise ValueError(f"n is {n!r:.60}; it must be a positive number of variables")
-        ones = np.ones(int(n))
+        ones = np.ones(int(count))
         super().__init__(0.0 * ones, _number(total, "total", True) * np.eye(ones.size), 0.0 * ones, ones,
                          ones / ones.size, (ones[None, :], np.ones(1), np.ones(1)))
 
@@ -517,7 +541,7 @@ class FactorModel(UncertaintySet):
     def __init__(self, origin: Any, loadings: Any, beta: Any = 1.0) -> None:
         origin, loadings = _array(origin, "origin"), _array(loadings, "loadings", (None, None))
         ones = np.ones(loadings.shape[1])
-        if len(loadings) != origin.size or np.linalg.matrix_rank(loadings) < ones.size:
+        if len(loadings) != origin.size or not _are_independent(loadings):
             raise ValueError(f"loadings has shape {loadings.shape}; it must have {origin.size} rows and "
                              "columns that do not depend on each other")
         self._most = np.array([_number(beta, "beta") * ones.size])
@@ -549,45 +573,49 @@ class Discrete(UncertaintySet):
 class _Distributions(UncertaintySet):
     """Probabilities of as many outcomes as q has; those with q = 0 stay 0."""
 
-    def _set(self, q: Vector, start: Any, rows: Any = None, h: Any = None, A: Any = None, b: Any = None) -> None:
+    def _ball(self, q: Any, radius: Any, smooth: Any, least: Any) -> None:
+        """Factors u of p = q + size u, where the ball, or all probabilities, are of size one; smooth(q, radius, size):
+        the ball, of positive q; least(q): radius from which on it has points with p = 0."""
+        q, radius = _array(q, "q"), _number(radius, "radius", True)
         if np.any(q < 0.0) or abs(q.sum() - 1.0) > 1e-9:
             raise ValueError(f"q must be probabilities: none negative, of sum 1 (it is {q.sum():g})")
-        alive = np.eye(q.size)[:, q > 0.0]
-        ones = np.ones((1, alive.shape[1]))
-        matrix, low, up = rows or (0.0 * ones[:0], (), ())
-        super().__init__(0.0 * q, alive, 0.0 * ones[0], ones[0], start, (
-            np.vstack([ones, matrix]), np.r_[1.0, low], np.r_[1.0, up]), [Smooth(h, A, b)] if h else [])
+        p = q[q > 0.0]
+        size = np.minimum(np.sqrt(radius * p), 1.0)
+        with np.errstate(divide="ignore"):  # of a single outcome
+            lower = np.where(radius > 0.99 * least(p), -p / size, -np.inf)
+        super().__init__(q, np.eye(q.size)[:, q > 0.0] * size, lower, np.inf + p, 0.0 * p, (
+            size[None] / size.max(), np.zeros(1), np.zeros(1)), [smooth(p, radius, size)], _BALL_REACH / size)
 
 
 class KLBall(_Distributions):
     """Probabilities p with sum of p log(p / q) <= radius."""
 
     def __init__(self, q: Any, radius: Any) -> None:
-        q, radius = _array(q, "q"), _number(radius, "radius", True)
-        p = q[q > 0.0]
-        self._set(q, p, None, _Entropy(p, radius), np.eye(p.size), 0.0 * p)
+        self._ball(q, radius, lambda p, r, size: Smooth(_Entropy(p, r), np.diag(size), p), lambda p: -np.log1p(-p))
 
 
 class ChiSquareBall(_Distributions):
     """Probabilities p with sum of (p - q)^2 / q <= radius."""
 
     def __init__(self, q: Any, radius: Any) -> None:
-        q, radius = _array(q, "q"), _number(radius, "radius", True)
-        p = q[q > 0.0]
-        self._set(q, p, None, _Squares(), np.diag(1.0 / np.sqrt(p * radius)), -np.sqrt(p / radius))
+        self._ball(q, radius, lambda p, r, size: Smooth(_Squares(), np.diag(size / np.sqrt(p * r)), 0.0 * p),
+                   lambda p: p / (1.0 - p))
 
 
-class MomentBox(_Distributions):
+class MomentBox(UncertaintySet):
     """Probabilities of the points (one a row) with lower <= mean of moments(point) <= upper; without
     moments the mean of the points themselves."""
 
     def __init__(self, points: Any, lower: Any, upper: Any, moments: Any = None) -> None:
         points = Discrete(points).origins
-        values = points if moments is None else np.array([np.ravel(moments(p)) for p in points])
+        if not (moments is None or callable(moments)):
+            raise TypeError(f"moments is {moments!r:.60}, not a function")
+        values = points if moments is None else _array([np.ravel(moments(p)) for p in points], "moments", (None, None))
         low, up = (_array(b, name, values.shape[1], False) for b, name in ((lower, "lower"), (upper, "upper")))
         if np.any(low > up):
             raise ValueError(f"lower[{int(np.argmax(low > up))}] is above upper: the set is empty")
         middle, size = values.mean(axis=0), np.ptp(values, axis=0)
         size = np.where(size > 0.0, size, 1.0)
-        self._set(np.full(len(points), 1.0 / len(points)), None, (
-            ((values - middle) / size).T, (low - middle) / size, (up - middle) / size))
+        ones = np.ones(len(points))
+        super().__init__(0.0 * ones, np.eye(ones.size), 0.0 * ones, ones, None, (np.vstack(
+            [ones, ((values - middle) / size).T]), np.r_[1.0, (low - middle) / size], np.r_[1.0, (up - middle) / size]))

@@ -47,6 +47,13 @@ class RobustResult(MinmaxResult):
     def __getstate__(self) -> Dict[str, Any]:
         return {**super().__getstate__(), "data": None}
 
+    def plot(self, axes: Any = None) -> Any:
+        """plot.draw_policy where Recourse has stages, else plot.draw_worst_cases, in a set of two y on it."""
+        if self.policy is not None and self.policy.stages is not None:
+            from .plot import draw_policy
+            return draw_policy(self, axes)
+        return super().plot(self.uncertainty.plot(axes) if self.y.size == 2 else axes)  # type: ignore[union-attr]
+
     def regret(self, n: int = 1000, seed: Any = 0) -> Regret:
         """Samples y and solves the wait-and-see problem of each: z is free, x held; without recourse x is
         free. The regret is what the answer loses beside that."""
@@ -244,8 +251,10 @@ class _Model:
     def function(self, given: Any, name: str, jac: Any = None, hess: Any = None) -> _Function:
         """From a function of the parts, with exact derivatives if it is linear in them."""
         def value(X: Any, W: Any, k: int) -> Any:
-            found = np.ravel(given(*self.parts(X, W, k)))
-            return found if found.dtype.kind in "fcO" else found.astype(float)
+            found = given(*self.parts(X, W, k))
+            if found is None:
+                raise TypeError(f"{name} returned None")
+            return np.ravel(found) if np.asarray(found).dtype.kind in "fcO" else np.ravel(found).astype(float)
 
         at, total = np.cumsum(self.sizes), sum(self.sizes)
         plane = _plane(lambda v: np.ravel(given(*np.split(v, at[:-1]))) + 0.0, total)
@@ -435,12 +444,12 @@ def _add_constraints(model: _Model, constraints: Sequence[Any]) -> List[Row]:
 
 def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector]:
     """Bounds of z, and equations of the states; returns the bounds."""
-    limits = [np.broadcast_to(e if side is None else to_floats(side, f"{name} of Recourse"), recourse.n)
-              for name, side, e in (("lower", recourse.lower, -np.inf), ("upper", recourse.upper, np.inf))]
-    use = np.isfinite(limits[0]) | np.isfinite(limits[1])
-    if np.any(use):
-        model.add(number, "bounds of Recourse", model.function(lambda *p: p[2][use], "bounds of Recourse"),
-                  limits[0][use], limits[1][use])
+    limits = [recourse.numbers("lower", -np.inf), recourse.numbers("upper", np.inf)]
+    held, name = limits[0] == limits[1], "bounds of Recourse"
+    for use in (~held & (np.isfinite(limits[0]) | np.isfinite(limits[1])), held):
+        if np.any(use):
+            model.add(None if use is held else number, name, model.function(lambda *p, use=use: p[2][use], name),
+                      limits[0][use], limits[1][use])
     if model.s0.size:
         f = model.function(recourse.equations, "equations of Recourse")
         if f.value(model.start, model.w0, 0).size != model.s0.size:
@@ -468,7 +477,7 @@ def _add_objective(model: _Model, f: _Function) -> Tuple[_Function, bool]:
 
 def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: Any, hess: Any, bounds_x: Any,
                       constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool,
-                      given: Any, recourse: Optional[Recourse], exact: bool) -> RobustResult:
+                      given: Any, recourse: Optional[Recourse], exact: bool, names: Dict[str, Any]) -> RobustResult:
     """minimize_minmax with uncertainty=given."""
     if not isinstance(given, UncertaintySet):
         raise TypeError(f"uncertainty is {given!r:.60}; it must be a set of ipminmax.sets")
@@ -477,9 +486,13 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
     if not callable(fun):
         raise TypeError(f"fun is {fun!r:.60}, not a function")
     model = _Model(_start(x0, "x0"), bounds_x, given, recourse, exact)
+    for letter, size in (("x", model.nx), ("y", given.n)):
+        if names[letter] is not None and len(names[letter]) != size:
+            raise ValueError(f"names_{letter} has {len(names[letter])} entries, not {size}")
+    names = {letter: [str(n) for n in own] for letter, own in names.items() if own is not None}
     if y0 is not None:
         y0 = _start(y0, "y0")
-        if not given.contains(y0, 1e-6):
+        if y0.size != given.n or not given.contains(y0, 1e-6):
             raise ValueError("y0 is not in the uncertainty set (without y0 a point inside is taken)")
         model.w0[:given.k] = given.factors(y0)
 
@@ -517,7 +530,8 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         objective.hess and (lambda X, W: objective.hess(X, W, 0, np.ones(1)) + np.diag(prices)),
         list(zip(model.lower, model.upper)), list(zip(np.r_[low, -states], np.r_[up, states])), every,
         callback and (lambda X, W: callback(*model.parts(X, W, 0)[:2])), options, check_derivatives=check)
-    return _result(model, inner, through_t, (value, [r for r in rows if r.player != "max"], recourse, *limits))
+    names["constraints"] = [row.name for row in rows] + ["bounds of Recourse"]
+    return _result(model, inner, through_t, names, (value, [r for r in rows if r.player != "max"], recourse, *limits))
 
 
 def _worst_cases(model: _Model, inner: MinmaxResult) -> List[WorstCase]:
@@ -541,7 +555,7 @@ def _worst_cases(model: _Model, inner: MinmaxResult) -> List[WorstCase]:
     return cases
 
 
-def _result(model: _Model, inner: MinmaxResult, through_t: bool, data: Any) -> RobustResult:
+def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str, List[str]], data: Any) -> RobustResult:
     given, X, searched, cases = model.given, inner.x, model.w0.size > 0, _worst_cases(model, inner)
     value = inner.fun - float(model.price(X))
     if through_t:  # of the row of fun its value, not that less t
@@ -560,11 +574,11 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, data: Any) -> R
     if model.policy is not None:
         model.policy.answer = X[model.nx:model.end]
     values = {f.name: getattr(inner, f.name) for f in fields(inner)}
-    wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) else ""
+    wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) and not inner.info["interrupted"] else ""
     if wrong:
         values.update(success=False, message=wrong, certificate=Certificate.nothing(wrong))
     values.update(
-        x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements,
+        x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
         points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
     return RobustResult(**values, policy=model.policy, uncertainty=given, data=data,
