@@ -70,7 +70,7 @@ struct TrialPoint {
   Vector unread;          ///< a step of x that the model does not read; one variable of it is held
   int steps = 0;          ///< of Newton's method that have led here
   bool followed = false;  ///< the active set was found while mu fell
-  bool relaxed = false;   ///< bounds were released that bound_relax_factor alone made active
+  bool relaxed = false;   ///< bounds were released that bound_relax_factor made active, or not
   bool is_far = false;    ///< the conditions hold, at a solution that is farther than allowed
 
   NewtonTest newton;

@@ -88,10 +88,11 @@ bool begin(TestContext& c, bool follow, TrialPoint& next) {
   return take_up_set(c, next);
 }
 
-/// A bound of Max that is active only since it was relaxed is weakly active; others are not active.
+/// A bound of Max that is active only since it was relaxed, or that the solution is at, is weakly
+/// active; others are not active.
 bool release_bounds(TestContext& c, TrialPoint& next) {
   for (const Index i : next.newton.released) {
-    const bool relaxed = next.set[i] == BoundClass::Active;
+    const bool relaxed = next.set[i] != BoundClass::WeaklyActive;
     next.relaxed = next.relaxed || relaxed;
     next.set.of[at(i)] =
         relaxed && c.canonical.owned_by_max(i) ? BoundClass::WeaklyActive : BoundClass::Inactive;
@@ -257,11 +258,6 @@ bool change_set(TestContext& c, TrialPoint& here) {
       found = BoundClass::Active;
     } else if (found == BoundClass::Active && here.set.multiplier(end, i) <= kTrace * multiplier) {
       found = BoundClass::Inactive;  // a negative one is kept above zero
-    }
-    if (found == BoundClass::Inactive && c.canonical.owned_by_max(i) &&
-        within_relaxation(c.canonical, i, side, here.set.distance(c.canonical, end, i),
-                          c.options)) {
-      found = BoundClass::WeaklyActive;
     }
   }
   bool inside = true;

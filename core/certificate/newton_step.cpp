@@ -122,6 +122,7 @@ struct ActiveSetNewton {
       const bool at_bound =
           set.side_of(i) == side && canonical.owned_by_max(i) &&
           within_relaxation(canonical, i, side, distance - side * work.dv[i], c.options);
+      if (at_bound && !trial.relaxed) test.released.push_back(i);
       expect(i, side * work.dv[i] <= kConfirmed * distance && !at_bound);
     });
   }
