@@ -737,11 +737,6 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
     if (const std::string text = coupled_remark(problem.structure()); !text.empty())
       print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
   }
-  if (is_success(result.status) && is_printed(J_SUMMARY, J_SOLUTION)) {
-    for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
-      print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
-    }
-  }
   if (current_settings().rows.as_ipopt)
     printed(J_SOLUTION, [&] { return log::ipopt_errors(result); });
   printed(J_STATISTICS, [&] {

@@ -4,9 +4,6 @@
 // Prints the predictions of the analysis, the shortest times and the peak memory of rank 0; workers
 // tell theirs with --verbose.
 //
-// mpi_scaling pair SIDE MIN [REPEATS]: K and K_yy of a game with MIN Min variables and SIDE^3 Max
-// variables, one after the other on all ranks and at the same time on halves of them.
-//
 // mpi_scaling solve SIDE [REPEATS]: a whole solve (quartic_grid, 2 SIDE^2 variables) beside one
 // with the sequential MUMPS.
 #include <sys/resource.h>
@@ -57,72 +54,6 @@ SymmetricMatrix grid(int dimensions, Index side) {
   return matrix;
 }
 
-/// K = [A C; C' -B]: -B on the grid's points, each coupled with one of the Min variables, whose A
-/// is a chain. K_yy: without Min variables.
-SymmetricMatrix game(Index side, Index min_variables) {
-  const SymmetricMatrix inner = grid(3, side);
-  const Index n = min_variables + inner.dimension();
-  std::vector<Triplet> entries;
-  std::vector<double> values;
-  const auto add = [&](Index row, Index col, double value) {
-    entries.push_back({row, col});
-    values.push_back(value);
-  };
-  for (Index i = 0; i < min_variables; ++i) {
-    add(i, i, 4.0);
-    if (i > 0) add(i, i - 1, 1.0);
-  }
-  for (Index j = 0; j < inner.dimension(); ++j) {
-    const auto begin = static_cast<std::size_t>(inner.column_starts()[static_cast<std::size_t>(j)]);
-    const auto end =
-        static_cast<std::size_t>(inner.column_starts()[static_cast<std::size_t>(j) + 1]);
-    for (std::size_t p = begin; p < end; ++p) {
-      const Index i = inner.rows()[p];
-      add(min_variables + i, min_variables + j, i == j ? -8.0 : 1.0);
-    }
-    if (min_variables > 0) add(min_variables + j, j % min_variables, 1.0);
-  }
-  SymmetricMatrix matrix(n, entries);
-  const auto positions = matrix.triplet_positions();
-  for (std::size_t e = 0; e < entries.size(); ++e) {
-    matrix.values()[static_cast<std::size_t>(positions[e])] = values[e];
-  }
-  return matrix;
-}
-
-/// Shortest seconds for both factorizations.
-double factorize_pair(const SymmetricMatrix& k, const SymmetricMatrix& k_yy, MpiHalves halves,
-                      int repeats) {
-  const SymmetricSolverOptions options{.ordering = Ordering::Metis, .mpi_halves = halves};
-  const auto full = make_symmetric_solver(LinearSolver::MumpsMpi, options);
-  const auto inner = make_symmetric_solver(LinearSolver::MumpsMpi, options);
-  const Analysis found = full->analyze(k, {});
-  const Analysis found_inner = inner->analyze(k_yy, {});
-  if (!found.ok || !found_inner.ok) return -1.0;
-  const bool beside = work_at_once(*full, found.flops, *inner, found_inner.flops);
-  if (beside != (halves == MpiHalves::Yes)) return -1.0;
-  if (!beside) std::printf("flops of K %.2e, of K_yy %.2e\n", found.flops, found_inner.flops);
-  double best = 1e20;
-  for (int r = 0; r < repeats; ++r) {
-    const auto begin = std::chrono::steady_clock::now();
-    inner->begin_factorize(k_yy);
-    const bool ok = full->factorize(k).status == FactorizationStatus::Ok &&
-                    inner->factorize(k_yy).status == FactorizationStatus::Ok;
-    best = std::min(best, seconds_since(begin));
-    if (!ok) return -1.0;
-  }
-  return best;
-}
-
-int compare_halves(Index side, Index min_variables, int repeats) {
-  const SymmetricMatrix k = game(side, min_variables), k_yy = game(side, 0);
-  const double all = factorize_pair(k, k_yy, MpiHalves::No, repeats);
-  const double halves = factorize_pair(k, k_yy, MpiHalves::Yes, repeats);
-  std::printf("K %d, K_yy %d unknowns: all ranks %.4f s, halves %.4f s, ratio %.2f\n",
-              k.dimension(), k_yy.dimension(), all, halves, halves / all);
-  return all > 0.0 && halves > 0.0 ? 0 : 1;
-}
-
 // --- Whole solves --------------------------------------------------------------------------------
 
 /// The shortest of some solves, in seconds.
@@ -156,18 +87,11 @@ int compare_solves(Index side, int repeats) {
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::fputs(
-        "usage: mpi_scaling 2|3 SIDE [REPEATS], mpi_scaling pair SIDE MIN [REPEATS], mpi_scaling "
-        "solve SIDE [REPEATS]\n",
-        stderr);
+    std::fputs("usage: mpi_scaling 2|3 SIDE [REPEATS], mpi_scaling solve SIDE [REPEATS]\n", stderr);
     return 2;
   }
   if (std::strcmp(argv[1], "solve") == 0) {
     return compare_solves(std::atoi(argv[2]), argc > 3 ? std::atoi(argv[3]) : 2);
-  }
-  if (std::strcmp(argv[1], "pair") == 0) {
-    return compare_halves(std::atoi(argv[2]), argc > 3 ? std::atoi(argv[3]) : 10,
-                          argc > 4 ? std::atoi(argv[4]) : 5);
   }
   const SymmetricMatrix matrix = grid(std::atoi(argv[1]), std::atoi(argv[2]));
   const int repeats = argc > 3 ? std::atoi(argv[3]) : 3;

@@ -32,8 +32,7 @@
 ///     Hessian   of w' outputs: sum over operations k with second derivatives of
 ///               wbar_k (k_aa da da' + k_ab (da db' + db da') + k_bb db db'),
 ///               wbar_k the weighted outputs' derivative by k, da, db the sparse gradients of k's
-///               operands in the inputs; or, where few inputs are nested deeply, one sweep forward
-///               and one back with all directions at once, if that is less work
+///               operands in the inputs
 namespace ipminmax {
 
 namespace autodiff {
@@ -378,6 +377,10 @@ class TapedLanes {
 /// A number that remembers how it was computed.
 using Taped = autodiff::TapedLanes<1>;
 
+#define IPMINMAX_FUNCTIONS_OF_ONE(use)                                                           \
+  use(sqrt) use(exp) use(log) use(sin) use(cos) use(tan) use(asin) use(acos) use(atan) use(sinh) \
+      use(cosh) use(tanh) use(abs) use(fabs)
+
 /// A double under the names of Taped: formulas that call sin(x), abs(x), square(x) mean these.
 class Plain {
  public:
@@ -398,22 +401,12 @@ class Plain {
   friend auto operator<=>(Plain a, Plain b) { return a.value_ <=> b.value_; }
   friend bool operator==(Plain a, Plain b) { return a.value_ == b.value_; }
 
-  friend Plain sqrt(Plain a) { return std::sqrt(a.value_); }
-  friend Plain exp(Plain a) { return std::exp(a.value_); }
-  friend Plain log(Plain a) { return std::log(a.value_); }
-  friend Plain sin(Plain a) { return std::sin(a.value_); }
-  friend Plain cos(Plain a) { return std::cos(a.value_); }
-  friend Plain tan(Plain a) { return std::tan(a.value_); }
-  friend Plain asin(Plain a) { return std::asin(a.value_); }
-  friend Plain acos(Plain a) { return std::acos(a.value_); }
-  friend Plain atan(Plain a) { return std::atan(a.value_); }
+#define IPMINMAX_PLAIN(function) \
+  friend Plain function(Plain a) { return std::function(a.value_); }
+  IPMINMAX_FUNCTIONS_OF_ONE(IPMINMAX_PLAIN)
+#undef IPMINMAX_PLAIN
   friend Plain atan2(Plain y, Plain x) { return std::atan2(y.value_, x.value_); }
   friend Plain hypot(Plain a, Plain b) { return std::hypot(a.value_, b.value_); }
-  friend Plain sinh(Plain a) { return std::sinh(a.value_); }
-  friend Plain cosh(Plain a) { return std::cosh(a.value_); }
-  friend Plain tanh(Plain a) { return std::tanh(a.value_); }
-  friend Plain abs(Plain a) { return std::abs(a.value_); }
-  friend Plain fabs(Plain a) { return std::abs(a.value_); }
   friend Plain square(Plain a) { return a.value_ * a.value_; }
   friend Plain pow(Plain a, double p) { return std::pow(a.value_, p); }
   friend Plain pow(Plain a, int p) { return std::pow(a.value_, static_cast<double>(p)); }
@@ -457,7 +450,6 @@ class Program {
     find_rows();
     find_gradients();
     find_hessian();
-    choose_sweep();
   }
 
   [[nodiscard]] const std::vector<Operation>& operations() const { return operations_; }
@@ -523,10 +515,7 @@ class Program {
       if (outputs_[j] >= 0) add(adjoint[at(outputs_[j])], results[j].factor(), weights[j]);
     }
     work.second.assign(pattern_.hessian.size(), Lanes<L>{});
-    if (by_directions_)
-      sweep_directions(run, work);
-    else
-      sweep_terms(run, work);
+    sweep_terms(run, work);
     for (std::size_t e = 0; e < work.second.size(); ++e) {
       add(values[hessian_places_[e]], 1.0, work.second[e]);
     }
@@ -793,91 +782,6 @@ class Program {
     }
   }
 
-  /// Whether all inputs with second derivatives at once are less work; about nanoseconds.
-  void choose_sweep() {
-    std::vector<bool> bent(at(inputs_), false);
-    for (const auto& [row, col] : pattern_.hessian) bent[at(row)] = bent[at(col)] = true;
-    direction_.assign(at(inputs_), -1);
-    for (std::size_t i = 0; i < bent.size(); ++i) {
-      if (bent[i]) direction_[i] = static_cast<Index>(directions_++);
-    }
-    const auto count = [](std::size_t n) { return static_cast<double>(n); };
-    const double terms = 1.3 * count(targets_.size()) + count(gradient_inputs_.size()) +
-                         8.0 * count(bends_.size() + steps_.size());
-    const double sweeps = count(operations_.size()) * (4.0 + 1.5 * count(directions_));
-    by_directions_ = sweeps < terms;
-    if (!by_directions_) return;
-    steps_ = {};
-    maps_ = targets_ = {};
-  }
-
-  /// Derivatives of all numbers along all directions, then those of the adjoints.
-  template <std::size_t L>
-  void sweep_directions(const Recording<L>& run, Arrays<L>& work) const {
-    const std::size_t d = directions_, n = at(inputs_), size = n + operations_.size();
-    work.gradients.assign(2 * size * d, Lanes<L>{});
-    Lanes<L>* const along = work.gradients.data();
-    Lanes<L>* const back = along + size * d;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (direction_[i] >= 0) along[i * d + at(direction_[i])].fill(1.0);
-    }
-    for (std::size_t k = 0; k < operations_.size(); ++k) {
-      Lanes<L>* const to = along + (n + k) * d;
-      const Lanes<L>* const a = along + at(operations_[k].a()) * d;
-      const Lanes<L> slope_a = run.slope_a(k), slope_b = run.slope_b(k);
-      for (std::size_t i = 0; i < d; ++i) to[i] = product(slope_a, a[i]);
-      if (operations_[k].b() < 0) continue;
-      const Lanes<L>* const b = along + at(operations_[k].b()) * d;
-      for (std::size_t i = 0; i < d; ++i) add(to[i], slope_b, b[i]);
-    }
-    std::size_t next = bends_.size();
-    for (std::size_t k = operations_.size(); k-- > 0;) {
-      const bool bends = next > 0 && bends_[next - 1].operation == k;
-      if (bends) --next;
-      const Lanes<L> weight = std::exchange(work.adjoint[n + k], Lanes<L>{});
-      if (live_[k])  // a weight of zero may have derivatives
-        pull_back(run, k, bends ? &bends_[next] : nullptr, weight, work.adjoint, along, back);
-    }
-    for (std::size_t e = 0; e < pattern_.hessian.size(); ++e) {
-      const auto& [row, col] = pattern_.hessian[e];
-      work.second[e] = back[at(row) * d + at(direction_[at(col)])];
-    }
-  }
-  /// Operation k's adjoint, the weight, and its derivatives to the operands.
-  template <std::size_t L>
-  void pull_back(const Recording<L>& run, std::size_t k, const BendStep* bend,
-                 const Lanes<L>& weight, std::vector<Lanes<L>>& adjoint, const Lanes<L>* along,
-                 Lanes<L>* back) const {
-    const std::size_t d = directions_, a = at(operations_[k].a());
-    const Index second = operations_[k].b();
-    const std::size_t b = second < 0 ? a : at(second);
-    const Lanes<L> slope_a = run.slope_a(k), slope_b = run.slope_b(k);
-    const Lanes<L>* const from = back + (at(inputs_) + k) * d;
-    const Lanes<L>*const along_a = along + a * d, *const along_b = along + b * d;
-    Lanes<L>*const to_a = back + a * d, *const to_b = back + b * d;
-    add(adjoint[a], slope_a, weight);
-    for (std::size_t i = 0; i < d; ++i) add(to_a[i], slope_a, from[i]);
-    if (second >= 0) {
-      add(adjoint[b], slope_b, weight);
-      for (std::size_t i = 0; i < d; ++i) add(to_b[i], slope_b, from[i]);
-    }
-    if (bend == nullptr) return;
-    const Lanes<L>* const numbers = run.bends() + bend->numbers;
-    if (bend->bend != Bend::Product) {
-      const Lanes<L> aa = product(weight, numbers[0]);
-      for (std::size_t i = 0; i < d; ++i) add(to_a[i], aa, along_a[i]);
-    }
-    if (bend->bend != Bend::Unary) {
-      const Lanes<L> ab = product(weight, numbers[bend->bend == Bend::Product ? 0 : 1]);
-      for (std::size_t i = 0; i < d; ++i) add(to_a[i], ab, along_b[i]);
-      for (std::size_t i = 0; i < d; ++i) add(to_b[i], ab, along_a[i]);
-    }
-    if (bend->bend == Bend::Binary) {
-      const Lanes<L> bb = product(weight, numbers[2]);
-      for (std::size_t i = 0; i < d; ++i) add(to_b[i], bb, along_b[i]);
-    }
-  }
-
   std::vector<Operation> operations_;
   Index inputs_ = 0;
   std::vector<Index> outputs_;
@@ -892,9 +796,6 @@ class Program {
   std::vector<GradientStep> steps_;
   std::vector<std::uint32_t> maps_, targets_;
   std::vector<BendStep> bends_;
-  std::vector<Index> direction_;  ///< of each input; -1: without second derivatives
-  std::size_t directions_ = 0;
-  bool by_directions_ = false;
 };
 
 /// Formulas from n inputs to m outputs, at L points at once, one time after another.
@@ -1050,23 +951,11 @@ namespace std {
   T function(double a, const T& b) {               \
     return function(T(a), b);                      \
   }
-IPMINMAX_OF_ONE(sqrt)
-IPMINMAX_OF_ONE(exp)
-IPMINMAX_OF_ONE(log)
-IPMINMAX_OF_ONE(sin)
-IPMINMAX_OF_ONE(cos)
-IPMINMAX_OF_ONE(tan)
-IPMINMAX_OF_ONE(asin)
-IPMINMAX_OF_ONE(acos)
-IPMINMAX_OF_ONE(atan)
-IPMINMAX_OF_ONE(sinh)
-IPMINMAX_OF_ONE(cosh)
-IPMINMAX_OF_ONE(tanh)
-IPMINMAX_OF_ONE(abs)
-IPMINMAX_OF_ONE(fabs)
+IPMINMAX_FUNCTIONS_OF_ONE(IPMINMAX_OF_ONE)
 IPMINMAX_OF_TWO(pow)
 IPMINMAX_OF_TWO(atan2)
 IPMINMAX_OF_TWO(hypot)
 #undef IPMINMAX_OF_ONE
 #undef IPMINMAX_OF_TWO
+#undef IPMINMAX_FUNCTIONS_OF_ONE
 }  // namespace std

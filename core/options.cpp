@@ -339,8 +339,7 @@ Rows method_options() {
        flag(&O::minmax_pure_newton)},
       {"minmax_max_restarts", category,
        "Number of random starting points that are tried if the search from the model's start "
-       "finds no local minmax, or the model is undefined there. 0: none. Unless this is 0, a "
-       "minimization that is stuck starts again once, with the other mu_strategy.",
+       "finds no local minmax, or the model is undefined there. 0: none.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
        "Whether Min may own a constraint that reads Max variables, which must then hold for "
@@ -489,8 +488,7 @@ Rows certificate_options() {
        "How much the second-order test at a first-order point may cost.",
        choice(&O::minmax_certificate, {"full", "quick", "none", "proved"},
               {"the test goes on until the point is certified or refuted. An undecided point "
-               "costs at most 20 factorizations (40 if the matrices are small), or a fifth of "
-               "the solve's if that is more",
+               "costs at most 40 factorizations",
                "one factorization of K_yy and one of K. Only points with clear curvature and "
                "clear active bounds are certified, and clearly wrong ones refuted",
                "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
@@ -508,11 +506,6 @@ Rows certificate_options() {
 Rows study_options() {
   const std::string_view category = "Study";
   return {
-      {"minmax_instability_shift", category, "How far line 7 raises delta_x.",
-       choice(&O::minmax_instability_shift, {"growth", "smallest"},
-              {"by perturb_inc_fact until K + mu E has a wrong inertia at one mu, known for free",
-               "to the least value, within a percent, at which K + mu E has a wrong inertia for "
-               "some mu in (0,1): dozens of factorizations"})},
       {"minmax_freeze_tol", category,
        "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this. Above 0 the "
        "method may be attracted by points that are no local minmax (a message says so).",
@@ -527,12 +520,6 @@ Rows study_options() {
       {"minmax_prescribed_delta_y", category,
        "Shift of the Max variables (the paper's epsilon_y), alike.",
        from(&O::minmax_prescribed_delta_y, -1.0)},
-      {"minmax_mpi_halves", category,
-       "Whether linear_solver mumps_mpi factorizes K_yy and K at the same time where both are "
-       "needed, each on one half of the ranks.",
-       choice(&O::minmax_mpi_halves, {"auto", "yes", "no"},
-              {"for matrices too small to gain from all ranks", "always, on two ranks or more",
-               "never: one after the other on all ranks"})},
       {"minmax_ldlt_gamma", category,
        "Signed regularization of linear_solver ldlt (the paper's Gamma); up to 1000 times that "
        "where the Jacobian's entries are larger than 1, as their square.",

@@ -49,11 +49,6 @@ enum class FixedVariableTreatment : std::uint8_t {
   RelaxBounds           ///< bounds moved apart by bound_relax_factor
 };
 enum class BoundMultiplierInit : std::uint8_t { Constant, MuBased };
-/// How far line 7 of Algorithm 1 raises delta_x.
-enum class InstabilityShift : std::uint8_t {
-  Growth,   ///< grows until K + mu E has a wrong inertia at one mu
-  Smallest  ///< the least delta_x for which it has one at some mu, by bisection
-};
 
 /// How much the second-order test may cost.
 enum class CertificateEffort : std::uint8_t {
@@ -145,7 +140,6 @@ struct SolverOptions {
   // Method
   Globalization minmax_globalization = Globalization::Filter;
   bool minmax_instability = true;
-  InstabilityShift minmax_instability_shift = InstabilityShift::Growth;
   bool minmax_warm_start_shifts = true;
   double minmax_freeze_tol = 0.0;
   bool minmax_residual_watchdog = false;
@@ -184,7 +178,6 @@ struct SolverOptions {
   LinearSolver linear_solver = LinearSolver::Auto;
   Ordering minmax_ordering = Ordering::Best;
   SchurComplementUse minmax_schur_complement = SchurComplementUse::Auto;
-  MpiHalves minmax_mpi_halves = MpiHalves::Auto;
   int minmax_threads = 1;
   double minmax_ldlt_gamma = 1e-11;
   double mumps_pivtol = 1e-6;

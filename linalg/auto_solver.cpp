@@ -347,10 +347,6 @@ Factorization AutoSolver::factorize(const SymmetricMatrix& matrix, Certainty cer
   const bool certain = certainty == Certainty::Certain;
   const bool paused = certain && ldlt_pause_.skips();
   if (next_ >= Next::Pairs || paused) return factorize_without_ldlt(matrix, certainty);
-  if (next_ == Next::PairsFirst) {
-    if (const auto result = factorize_in_pairs(matrix, certainty)) return *result;
-    next_ = Next::Ldlt;
-  }
   const Factorization result = ldlt_.factorize(matrix);
   if (result.status != FactorizationStatus::Ok) {
     if (!std::isfinite(matrix.max_norm())) return {};

@@ -43,10 +43,6 @@ class AutoSolver final : public SymmetricSolver {
   /// The first call after an LDL' factorization leaves it for that with pivots of two rows, the
   /// next one LDL' for good.
   [[nodiscard]] bool increase_quality() override;
-  /// With pivots of two rows where they suit, LDL' elsewhere.
-  void refine_less() override {
-    if (next_ == Next::Ldlt) next_ = Next::PairsFirst;
-  }
   /// With pivots of two rows where the inertia is that of the signs, which is far from uncertain.
   [[nodiscard]] bool begin_pivoting() override;
   void reset_quality() override;
@@ -77,9 +73,8 @@ class AutoSolver final : public SymmetricSolver {
 
   /// What the next factorization is by, in the order of quality.
   enum class Next : std::uint8_t {
-    Ldlt,        ///< then what is left of these where it breaks down or is uncertain
-    PairsFirst,  ///< pairs of rows where they suit, else LDL'
-    Pairs,       ///< or pivoting
+    Ldlt,   ///< then what is left of these where it breaks down or is uncertain
+    Pairs,  ///< or pivoting
     Pivoting
   };
   /// Whose factors are at hand.

@@ -106,18 +106,13 @@ const mpi::Plugin& mpi_plugin() {
   return *loaded;
 }
 
-MpiMumps::MpiMumps(mpi::Part part, void* data, int initialize)
-    : plugin_(mpi_plugin()), data_(data) {
+MpiMumps::MpiMumps(void* data, int initialize) : plugin_(mpi_plugin()), data_(data) {
   join_ranks(plugin_);
-  instance_ = plugin_.create(part, data);
+  instance_ = plugin_.create(data);
   static_cast<DMUMPS_STRUC_C*>(data)->job = initialize;
   run();
 }
 
-void MpiMumps::start() { require(plugin_.start(instance_, data_)); }
-
-void MpiMumps::finish() { require(plugin_.finish(instance_, data_)); }
-
-int MpiMumps::ranks() { return mpi_plugin().size(); }
+void MpiMumps::run() { require(plugin_.run(instance_, data_)); }
 
 }  // namespace ipminmax

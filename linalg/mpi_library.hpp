@@ -22,19 +22,13 @@ namespace ipminmax {
 class MpiMumps {
  public:
   /// data: a DMUMPS_STRUC_C with sym and par set, which stays where it is; initialized on return.
-  MpiMumps(mpi::Part part, void* data, int initialize);
+  MpiMumps(void* data, int initialize);
   ~MpiMumps() = default;  // JOB = -2 is the owner's
   MpiMumps(const MpiMumps&) = delete;
   MpiMumps& operator=(const MpiMumps&) = delete;
 
-  /// start, then finish, run the job that data names; on other ranks it runs in between.
-  void start();
-  void finish();
-  void run() {
-    start();
-    finish();
-  }
-  [[nodiscard]] static int ranks();
+  /// The job that data names, on all ranks.
+  void run();
 
  private:
   const mpi::Plugin& plugin_;

@@ -52,12 +52,6 @@ constexpr double kWorthOfValues = 1.5;
 constexpr double kManyDelays = 1.3;
 constexpr int kMostComparisons = 3;
 
-/// Two matrices at the same time on halves of the ranks, instead of one after the other on all:
-/// where a factorization takes milliseconds, messages among more ranks cost more than these save;
-/// the smaller matrix must be large enough to be worth waiting for.
-constexpr double kLeastShareForHalves = 0.1;
-constexpr double kMostFlopsForHalves = 1e7;
-
 // ICNTL(7); never automatic, which may take SCOTCH: not deterministic.
 constexpr int kOrderAmd = 0;
 constexpr int kOrderGiven = 1;
@@ -96,14 +90,13 @@ bool has_zero_diagonal(const SymmetricMatrix& matrix) {
 
 /// One MUMPS instance, from JOB = -1 to JOB = -2.
 struct MumpsSolver::Instance {
-  /// Sequential, or on these ranks.
-  explicit Instance(std::optional<mpi::Part> ranks) {
+  explicit Instance(Processes processes) {
     data.sym = 2;  // symmetric indefinite
     data.par = 1;
     data.comm_fortran = -987654;  // MPI_COMM_WORLD
-    if (ranks) {
+    if (processes == Processes::Ranks) {
       const LibraryLock lock;
-      mpi.emplace(*ranks, &data, kInitialize);
+      mpi.emplace(&data, kInitialize);
     } else {
       run(kInitialize);
     }
@@ -128,21 +121,12 @@ struct MumpsSolver::Instance {
 
   /// Returns INFOG(1).
   int run(Job job) {
-    begin(job);
-    return end();
-  }
-  /// run in two parts.
-  void begin(Job job) {
     const LibraryLock lock;
     data.job = job;
-    if (mpi) mpi->start();
-  }
-  int end() {
-    const LibraryLock lock;
     std::optional<ReproducibleRand> rand;
-    if (data.job == kAnalyze) rand.emplace();
+    if (job == kAnalyze) rand.emplace();
     if (mpi) {
-      mpi->finish();
+      mpi->run();
     } else {
       const SequentialBlas sequential(rinfog(1));
       dmumps_c(&data);
@@ -170,14 +154,7 @@ MumpsSolver::~MumpsSolver() = default;
 
 void MumpsSolver::make_instance() {
   instance_.reset();
-  begun_ = false;
-  std::optional<mpi::Part> part;
-  if (processes_ == Processes::Ranks) {
-    part = ranks_ == RankPart::All         ? mpi::Part::All
-           : ranks_ == RankPart::FirstHalf ? mpi::Part::FirstHalf
-                                           : mpi::Part::SecondHalf;
-  }
-  instance_ = std::make_unique<Instance>(part);
+  instance_ = std::make_unique<Instance>(processes_);
 }
 
 void MumpsSolver::take_pattern(const SymmetricMatrix& matrix) {
@@ -344,7 +321,6 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
     return {true, wanted == Ordering::Best ? Ordering::Amd : wanted, 0, 0.0};
   }
   try {
-    ranks_ = RankPart::All;
     make_instance();
     take_pattern(matrix);
     load_pattern();
@@ -406,51 +382,6 @@ std::vector<Index> MumpsSolver::current_order() const {
   return {places, places + dimension_};
 }
 
-/// The same analysis for other ranks.
-bool MumpsSolver::analyze_on(RankPart part) {
-  if (dimension_ == 0) return true;
-  factorized_ = false;
-  ranks_ = part;
-  std::vector<Index> order = current_order();
-  make_instance();
-  load_pattern();
-  analysis_ = analyze_given(analysis_.ordering, std::move(order));
-  return analysis_.ok;
-}
-
-/// Whether half of the ranks should factorize while the other half makes so many operations.
-bool MumpsSolver::is_shared_beside(double flops) const {
-  if (processes_ == Processes::This || MpiMumps::ranks() < 2) return false;
-  if (options_.mpi_halves != MpiHalves::Auto) return options_.mpi_halves == MpiHalves::Yes;
-  const double ratio = analysis_.flops / std::max(flops, 1.0);
-  return std::min(ratio, 1.0 / ratio) > kLeastShareForHalves &&
-         std::max(analysis_.flops, flops) < kMostFlopsForHalves;
-}
-
-bool MumpsSolver::move_to(RankPart part, double flops_beside) {
-  if (part == RankPart::All) return analyze_on(part);
-  if (!is_shared_beside(flops_beside)) return false;
-  if (analyze_on(part)) return true;
-  if (!analyze_on(RankPart::All)) throw std::bad_alloc();
-  return false;
-}
-
-void MumpsSolver::begin_factorize(const SymmetricMatrix& matrix) {
-  if (ranks_ != RankPart::SecondHalf || instance_ == nullptr || !std::isfinite(matrix.max_norm())) {
-    return;
-  }
-  factorized_ = false;
-  prepare_factorize(matrix);
-  instance_->icntl(14) = memory_percent_;
-  instance_->begin(kFactorize);
-  begun_ = true;
-}
-
-void MumpsSolver::prepare_factorize(const SymmetricMatrix& matrix) {
-  instance_->data.a = const_cast<double*>(matrix.values().data());  // read only
-  instance_->cntl(1) = pivot_tolerance_;
-}
-
 /// INFOG(1) of the factorization. Retries with more workspace when that was too small, where
 /// gives_up() does not end it, and once with little when the generous default could not be
 /// allocated.
@@ -460,9 +391,7 @@ int MumpsSolver::factorize_with_enough_memory(const std::function<bool()>& gives
   for (;;) {
     const bool fits = has_memory_for(factorization_bytes(memory_percent_));
     instance_->icntl(14) = memory_percent_;
-    const bool begun = std::exchange(begun_, false);
-    if (fits && !begun) instance_->begin(kFactorize);
-    const int status = fits || begun ? instance_->end() : kOutOfMemory;
+    const int status = fits ? instance_->run(kFactorize) : kOutOfMemory;
     // With little workspace ranks allocate while they factorize: where that fails on one of them
     // MUMPS's others wait for ever.
     const bool may_wait = fits && instance_->mpi;
@@ -493,7 +422,8 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
     result.status = FactorizationStatus::OutOfMemory;
     return result;
   }
-  prepare_factorize(matrix);
+  instance_->data.a = const_cast<double*>(matrix.values().data());  // read only
+  instance_->cntl(1) = pivot_tolerance_;
   // Delayed pivots fill the workspace: no more of it before another ordering has been tried.
   int status = factorize_with_enough_memory([&] { return has_many_delays(matrix); });
   // Null pivots are delayed to the root in any order.

@@ -33,8 +33,6 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix,
                                         Certainty certainty = Certainty::Certain) override;
   void stop_when(std::function<bool()> stop) override { stop_ = std::move(stop); }
-  [[nodiscard]] bool move_to(RankPart part, double flops_beside) override;
-  void begin_factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
   [[nodiscard]] bool increase_quality() override;
@@ -48,10 +46,7 @@ class MumpsSolver final : public SymmetricSolver {
   void make_instance();
   void load_pattern();
   void take_pattern(const SymmetricMatrix& matrix);
-  [[nodiscard]] bool is_shared_beside(double flops) const;
-  [[nodiscard]] bool analyze_on(RankPart part);
   [[nodiscard]] std::vector<Index> current_order() const;
-  void prepare_factorize(const SymmetricMatrix& matrix);
   Analysis analyze_with(Ordering ordering, const SymmetricMatrix& matrix);
   [[nodiscard]] Analysis prediction(int status, Ordering ordering) const;
   Analysis analyze_given(Ordering name, std::vector<Index> order);
@@ -68,7 +63,6 @@ class MumpsSolver final : public SymmetricSolver {
 
   SymmetricSolverOptions options_;
   Processes processes_;
-  RankPart ranks_ = RankPart::All;
   double pivot_tolerance_;
   Index memory_percent_;
   Index dimension_ = 0;
@@ -83,7 +77,6 @@ class MumpsSolver final : public SymmetricSolver {
   double expected_flops_ = 0.0;   // of a factorization, with delayed pivots; 0 before one had many
   std::function<bool()> stop_;
   bool factorized_ = false;
-  bool begun_ = false;  ///< a factorization that another half of the ranks makes
 };
 
 }  // namespace ipminmax

@@ -27,10 +27,6 @@ enum class LinearSolver : std::uint8_t {
 /// Fill-reducing ordering.
 enum class Ordering : std::uint8_t { Best, Amd, Pord, Metis };
 
-/// Whether two matrices that are needed together are factorized at the same time, each by one half
-/// of the MPI ranks.
-enum class MpiHalves : std::uint8_t { Auto, Yes, No };
-
 struct SymmetricSolverOptions {
   Ordering ordering = Ordering::Best;  ///< Best compares the orderings by predicted flops
   /// Signed regularization Gamma of the unpivoted factorization; up to 1e3 times that where entries
@@ -41,7 +37,6 @@ struct SymmetricSolverOptions {
   Index mumps_memory_percent =
       1000;                  ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
   double max_memory = 1e26;  ///< bytes of the process beyond which MUMPS is not started
-  MpiHalves mpi_halves = MpiHalves::Auto;
   /// For one large factorization by LDL', at most; the results are those of one. Others than the
   /// caller's wait in the solver until its end.
   int threads = 1;

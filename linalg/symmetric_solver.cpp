@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <new>
 
 #include "linalg/symmetric_solver.hpp"
 
@@ -39,14 +38,6 @@ void SymmetricSolver::inverse_product(const SparseColumns& b, std::span<double> 
       }
     }
   }
-}
-
-bool work_at_once(SymmetricSolver& first, double first_flops, SymmetricSolver& second,
-                  double second_flops) {
-  if (!second.move_to(RankPart::SecondHalf, first_flops)) return false;
-  if (first.move_to(RankPart::FirstHalf, second_flops)) return true;
-  if (!second.move_to(RankPart::All, 0.0)) throw std::bad_alloc();
-  return false;
 }
 
 }  // namespace ipminmax

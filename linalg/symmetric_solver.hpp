@@ -49,9 +49,6 @@ struct Factorization {
   Trust trust{};
 };
 
-/// Of the MPI ranks.
-enum class RankPart : std::uint8_t { All, FirstHalf, SecondHalf };
-
 /// A sparse dimension x columns matrix: column k has the entries starts[k] to starts[k + 1] - 1.
 struct SparseColumns {
   Index dimension = 0;
@@ -96,14 +93,6 @@ class SymmetricSolver {
   /// long as the first; true: it returns Failed. Stays until another is set; empty: never asked.
   virtual void stop_when(std::function<bool()> /*stop*/) {}
 
-  /// After analyze: moves to a part of the ranks, without factors, so that another solver can
-  /// factorize on the other part at the same time, which takes so many operations. False: it cannot
-  /// or should not, and nothing has changed. Throws std::bad_alloc.
-  [[nodiscard]] virtual bool move_to(RankPart /*part*/, double /*flops_beside*/) { return false; }
-  /// After work_at_once: begins what the next factorize of this matrix ends. The matrix must stay
-  /// as it is in between.
-  virtual void begin_factorize(const SymmetricMatrix& /*matrix*/) {}
-
   /// rhs: columns right-hand sides of length dimension one after the other, overwritten by the
   /// solutions. No iterative refinement.
   virtual void solve_in_place(std::span<double> rhs, Index columns = 1) = 0;
@@ -118,13 +107,10 @@ class SymmetricSolver {
   /// True when the next factorize will be more accurate than the last one (larger pivot threshold,
   /// pivoting instead of none); false when nothing better is left.
   [[nodiscard]] virtual bool increase_quality() = 0;
-  /// A solution with the last factors took many refinements: the next factorizations may cost more
-  /// where their solutions take few. The factors stay.
-  virtual void refine_less() {}
   /// Only pivoting factorizations from now on, where the solver has the choice. True: the next
   /// factorize may differ from the last one.
   [[nodiscard]] virtual bool begin_pivoting() { return false; }
-  /// Undoes all calls of increase_quality, refine_less and begin_pivoting; the analysis stays.
+  /// Undoes all calls of increase_quality and begin_pivoting; the analysis stays.
   virtual void reset_quality() = 0;
 
   [[nodiscard]] virtual std::string_view name() const = 0;
@@ -132,11 +118,5 @@ class SymmetricSolver {
  private:
   std::vector<double> block_;  // workspace of inverse_product
 };
-
-/// Whether two analyzed solvers can be factorized at the same time and should be, given the
-/// operations of each. True: they share the ranks from now on, without factors, and begin_factorize
-/// of the second serves; false: nothing has changed.
-[[nodiscard]] bool work_at_once(SymmetricSolver& first, double first_flops, SymmetricSolver& second,
-                                double second_flops);
 
 }  // namespace ipminmax

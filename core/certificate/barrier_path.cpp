@@ -143,7 +143,6 @@ SecondOrder judge_barrier_problem(TestContext& c, TrialPoint& trial) {
   }
   c.kkt.begin_pivoting();
   const bool refuted = barrier_problem_refuted(c, spare);
-  c.kkt.factorize_ahead({}, {});
   trial.inner = c.kkt.factorize_inner({}).inertia;
   trial.full = c.kkt.factorize({}).inertia;
   return refuted ? SecondOrder::Violated : SecondOrder::Undecided;

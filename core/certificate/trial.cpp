@@ -243,7 +243,6 @@ InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error, doub
   InertiaTest test;
   // The worst W for the maximizer has + error in y, and no weakly active bound holds him.
   system.assemble({}, error, 0.0, -1.0);
-  if (same_values && !inner_alone) kkt.factorize_ahead(inner, full);
   test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner(inner)) &&
                is_trusted(system, true, test.inner_response);
   if (!test.inner || inner_alone) return test;
@@ -264,7 +263,6 @@ void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial
   trial.inner = trial.full = Inertia{};
   if (!c.may_factorize(c.has_x() && c.has_y() ? 2 : 1)) return;
   system.assemble(ActiveSetSystem::kSufficient);
-  c.kkt.factorize_ahead({}, {});
   trial.inner = c.kkt.factorize_inner({}).inertia;
   trial.full = c.kkt.factorize({}).inertia;
 }

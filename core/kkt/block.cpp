@@ -17,7 +17,6 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .mumps_pivot_tolerance_max = options.mumps_pivtolmax,
           .mumps_memory_percent = options.mumps_mem_percent,
           .max_memory = 1e6 * options.max_memory,
-          .mpi_halves = options.minmax_mpi_halves,
           .threads = options.minmax_threads};
 }
 
@@ -266,12 +265,6 @@ void KktBlock::shift_by(const Regularization& shift) {
     values[at(matrix_.diagonal_position(row))] =
         diagonal + (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
   }
-}
-
-void KktBlock::begin_factorize(const Regularization& shift) {
-  factorized_with_.reset();
-  shift_by(shift);
-  solver_->begin_factorize(matrix_);
 }
 
 Factorization KktBlock::factorize(const Regularization& shift, Certainty certainty) {

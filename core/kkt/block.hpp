@@ -150,8 +150,6 @@ class KktBlock : Kept<KktBlockArrays> {
   }
   /// Grows with every change of the values, shifts apart.
   [[nodiscard]] std::uint64_t version() const { return version_; }
-  /// Begins what the next call of factorize with this shift ends; see SymmetricSolver.
-  void begin_factorize(const Regularization& shift);
   /// Repeated, the last factorization is kept. Throws FactorsOutOfMemory.
   [[nodiscard]] Factorization factorize(const Regularization& shift,
                                         Certainty certainty = Certainty::Certain);
@@ -161,7 +159,6 @@ class KktBlock : Kept<KktBlockArrays> {
     factorized_with_.reset();
     return solver_->increase_quality();
   }
-  void refine_less() { solver_->refine_less(); }
   /// True: the factors are lost, the next ones will be made with pivoting.
   [[nodiscard]] bool begin_pivoting() {
     if (empty() || !solver_->begin_pivoting()) return false;

@@ -130,11 +130,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Ev
 
 bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Evaluation* at,
                                      bool zero_fails) {
-  // Where the last first guess was too small, zero is not worth a factorization; minimizations try
-  // it all the same, as Ipopt does.
-  const double first = first_shift(last_.x);
-  const bool sparing = economical() && kkt_.layout().y.size() > 0;
-  if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
+  if (zero_fails) shift.x = first_shift(last_.x);
   if (economical() && dependent_x_ >= parameters::kEnough)
     shift.lambda_x = outer_multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
@@ -169,18 +165,6 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
     shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
     if (shift.x > options_.max_hessian_perturbation) return false;
   }
-  last_.first_x_failed = shift.x > first;
-  if (sparing && last_.x == 0.0 && shift.x > first) {
-    const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
-    // The first shift of a solve grew in large strides: try half of the last one (of its
-    // logarithm).
-    Regularization smaller = shift;
-    smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
-    if (kkt_.has_expected_inertia(factorize(smaller)))
-      shift = smaller;
-    else if (!kkt_.has_expected_inertia(factorize(shift)))
-      return false;
-  }
   if (shift.x > 0.0) last_.x = shift.x;
   if (shift.lambda_x == 0.0) dependent_x_ = 0;
   return true;
@@ -189,10 +173,6 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
 std::optional<Regularization> InertiaCorrection::correct(double mu) {
   Regularization shift;
   findings_ = {};
-  // Where K_yy is right without shift, K is wanted next, and else for line 7.
-  Regularization guess;
-  if (economical() && last_.first_x_failed) guess.x = first_shift(last_.x);
-  if (kkt_.layout().y.size() > 0) kkt_.factorize_ahead({}, guess, certainty_);
   if (!correct_inner(mu, shift)) return std::nullopt;
   // The right inertia of K at zero shift although K_yy's is wrong: the case of line 7.
   bool instability = false;
@@ -224,50 +204,17 @@ double InertiaCorrection::failing_inner_shift(const Regularization& shift) {
   return 0.0;
 }
 
-bool InertiaCorrection::is_wrong_at(double fraction, Regularization shift) {
-  shift.x *= fraction;
-  shift.y *= fraction;
-  return !kkt_.has_expected_inertia(factorize(shift));
-}
-
 void InertiaCorrection::grow_until_wrong(double fraction, Regularization& shift) {
-  while (!is_wrong_at(fraction, shift) && !out_of_time()) {
+  while (!out_of_time()) {
+    Regularization scaled = shift;
+    scaled.x *= fraction;
+    scaled.y *= fraction;
+    if (!kkt_.has_expected_inertia(factorize(scaled))) return;
     const double raised = std::max(
         shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, 1.0),
         options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_.raised_x : 0.0);
     if (raised > parameters::kRunaway) break;  // by rounding
     shift.x = raised;
-  }
-}
-
-void InertiaCorrection::reduce_to_smallest(double accepted_x, double fraction,
-                                           Regularization& shift) {
-  const auto wrong = [&](double x, double mu) {
-    Regularization trial = shift;
-    trial.x = x;
-    return is_wrong_at(mu, trial);
-  };
-  // At a given mu, In(K + mu E) = In(R(mu)) + In(K_yy(mu)) stays wrong as delta_x grows. shift.x is
-  // wrong at the best mu; another mu replaces it where it allows a smaller one.
-  const auto try_mu = [&](double mu) {
-    const double hoped = std::max(accepted_x, (1.0 - parameters::kSmall) * shift.x);
-    if (out_of_time() || !wrong(hoped, mu)) return;
-    double right = accepted_x;
-    shift.x = hoped;
-    findings_.line7_mu = mu;
-    for (int k = 0; k < parameters::kHalvings && !out_of_time(); ++k) {
-      if (shift.x - right <= parameters::kSmall * shift.x) return;
-      const double middle = 0.5 * (right + shift.x);
-      (wrong(middle, mu) ? shift.x : right) = middle;
-    }
-  };
-  try_mu(fraction);
-  for (int k = 1; k < parameters::kMany; ++k) try_mu(static_cast<double>(k) / parameters::kMany);
-  for (double stride = 0.5 / parameters::kMany; stride > parameters::kTrace; stride *= 0.5) {
-    const double best = findings_.line7_mu;
-    for (const double mu : {best - stride, best + stride}) {
-      if (mu > 0.0 && mu < 1.0) try_mu(mu);
-    }
   }
 }
 
@@ -290,9 +237,6 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
   const double accepted_x = shift.x;
   findings_.line7_mu = fraction;
   grow_until_wrong(fraction, shift);
-  if (options_.minmax_instability_shift == InstabilityShift::Smallest && shift.x > accepted_x) {
-    reduce_to_smallest(accepted_x, fraction, shift);
-  }
   if (shift.x > accepted_x) {
     ++counts_.instability_raises;
     last_.raised_x = shift.x;

@@ -11,7 +11,6 @@ namespace ipminmax {
 
 /// The shifts last used, from which the next ones are guessed.
 struct ShiftMemory {
-  bool first_x_failed = false;  ///< the last first guess of delta_x was too small
   double x = 0.0;
   double raised_x = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double y = 0.0;
@@ -59,15 +58,6 @@ class InertiaCorrection {
   [[nodiscard]] const ShiftMemory& memory() const { return last_; }
   void remember(const ShiftMemory& memory) { last_ = memory; }
 
-  /// Forgets all that earlier corrections have shown.
-  void begin_anew() {
-    last_ = {};
-    failed_y_ = 0.0;
-    findings_ = {};
-    dependent_x_ = 0;
-    stuck_ = {};
-  }
-
   /// Of the last correct.
   [[nodiscard]] const ShiftFindings& findings() const { return findings_; }
 
@@ -86,10 +76,8 @@ class InertiaCorrection {
   [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
   [[nodiscard]] bool raise_for_instability(Regularization& shift);
   [[nodiscard]] double failing_inner_shift(const Regularization& shift);
-  /// Whether K + fraction E has a wrong inertia.
-  [[nodiscard]] bool is_wrong_at(double fraction, Regularization shift);
+  /// Until K + fraction E has a wrong inertia.
   void grow_until_wrong(double fraction, Regularization& shift);
-  void reduce_to_smallest(double accepted_x, double fraction, Regularization& shift);
   /// Whether factorizations may be saved that Algorithm 1 spends.
   [[nodiscard]] bool economical() const;
   [[nodiscard]] double first_shift(double last) const;

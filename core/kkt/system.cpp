@@ -42,7 +42,7 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
   eliminated_.setZero(canonical.variables());
   proximal_ = eliminated_;
   known_ = found_ = Eigen::VectorXd::Zero(canonical.variables() + canonical.constraints());
-  for (Step* step : {&residual_, &last_residual_, &correction_}) {
+  for (Step* step : {&residual_, &correction_}) {
     set_zero(canonical, *step);
   }
 }
@@ -63,7 +63,6 @@ bool KktSystem::analyze_or_adopt(const std::optional<KktAnalysis>& kept) {
       kept->options == solver_options(options_)) {
     full_.adopt(kept->full);
     inner_.adopt(kept->inner);
-    at_once_ = kept->at_once;
     if (!kept->by_schur_complement) return true;
     schur_ = std::make_unique<KktSchur>(full_, inner_);
     return schur_->prepare(inner_, kept->second_inner);
@@ -75,11 +74,7 @@ bool KktSystem::analyze_or_adopt(const std::optional<KktAnalysis>& kept) {
   const Analysis inner = inner_.analyze(options_);
   if (!inner.ok) return false;
   decide_on_schur_complement(full);
-  if (!schur_) {
-    at_once_ =
-        !inner_.empty() && work_at_once(*full_.solver(), full.flops, *inner_.solver(), inner.flops);
-    return true;
-  }
+  if (!schur_) return true;
   ++counts_.analyses;
   return schur_->prepare(inner_, nullptr);
 }
@@ -103,7 +98,6 @@ KktAnalysis KktSystem::analysis() const {
           .second_inner = schur_ ? schur_->second(inner_) : nullptr,
           .schur_option = options_.minmax_schur_complement,
           .by_schur_complement = schur_ != nullptr,
-          .at_once = at_once_,
           .full_pattern = full_.pattern(),
           .inner_pattern = inner_.pattern()};
 }
@@ -243,19 +237,6 @@ KktFactors KktSystem::make_certain() {
   Factorization result = full_.make_certain(shift);
   result.inertia = layout_.with_slacks(result.inertia);
   return hold(full_factors_, result, false);
-}
-
-void KktSystem::factorize_ahead(const Regularization& inner, const Regularization& full,
-                                Certainty certainty) {
-  if (!at_once_ || inner_.is_factorized(inner, certainty) || full_.is_factorized(full, certainty)) {
-    return;
-  }
-  {
-    const ScopedTimer timer(timed(timing_.factorization));
-    inner_.begin_factorize(inner);
-  }
-  static_cast<void>(factorize(full, certainty));
-  static_cast<void>(factorize_inner(inner, certainty));
 }
 
 bool KktSystem::increase_quality() {

@@ -28,7 +28,6 @@ struct KktAnalysis {
   std::shared_ptr<SymmetricSolver> second_inner;  ///< by_schur_complement
   SchurComplementUse schur_option{};
   bool by_schur_complement = false;
-  bool at_once = false;  ///< work_at_once
   std::shared_ptr<const KktPattern> full_pattern, inner_pattern;
 };
 
@@ -38,7 +37,7 @@ struct KktArrays {
   Eigen::VectorXd reduced_;     ///< right-hand side and solution in the rows of a block
   Eigen::VectorXd eliminated_;  ///< bound multipliers' part of the variables' rows
   // Refinement
-  NewtonResidual residual_, last_residual_;
+  NewtonResidual residual_;
   Step correction_;
   // The same against the assembled matrix, in its rows
   Eigen::VectorXd reduced_rhs_, reduced_residual_, product_;
@@ -125,10 +124,6 @@ class KktSystem : Kept<KktArrays> {
   [[nodiscard]] bool are_current_inner(const KktFactors& factors) const {
     return factors.serial != 0 && factors.serial == inner_factors_.serial;
   }
-  /// Before factorize_inner and factorize with these shifts: makes both factorizations at the same
-  /// time where the linear solver can, and does nothing elsewhere.
-  void factorize_ahead(const Regularization& inner, const Regularization& full,
-                       Certainty certainty = Certainty::Certain);
   [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
     return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
   }
@@ -230,7 +225,6 @@ class KktSystem : Kept<KktArrays> {
   /// The factors at hand from now on: made again, or kept under their number.
   const KktFactors& hold(KktFactors& at_hand, const Factorization& result, bool kept);
   void release_full();
-  [[nodiscard]] bool leave_schur_complement();
   [[nodiscard]] bool analyze_or_adopt(const std::optional<KktAnalysis>& kept);
   void decide_on_schur_complement(const Analysis& full);
   [[nodiscard]] double slack_curvature(const KktBlock& block, const Regularization& shift,
@@ -264,7 +258,6 @@ class KktSystem : Kept<KktArrays> {
   KktLayout layout_;
   KktBlock full_, inner_;
   std::unique_ptr<KktSchur> schur_;          ///< null: K is factorized as a whole
-  bool at_once_ = false;                     ///< K and K_yy can be factorized at the same time
   KktFactors full_factors_, inner_factors_;  ///< at hand
   std::uint64_t factorizations_ = 0;
   struct {

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <utility>
 
 #include "linalg/numbers.hpp"
 
@@ -64,67 +62,6 @@ std::string plural(std::size_t count, const char* noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-std::string stem(const std::string& name) { return name.substr(0, name.find_first_of("[({")); }
-
-/// "s" of "s[3]", "s(3)", "s_3" and "s3".
-std::string family(const std::string& name) {
-  const std::string before = stem(name);
-  return before.substr(0, before.find_last_not_of("0123456789_") + 1);
-}
-
-/// Two open variables of a family, of which both players have members.
-struct Divided {
-  Index of_min = -1, of_max = -1;
-};
-
-/// Whether each list, ascending, has what the other has not.
-bool each_has_more(const std::vector<Index>& a, const std::vector<Index>& b) {
-  return std::max(a.size(), b.size()) <= parameters::kPlenty && !std::ranges::includes(a, b) &&
-         !std::ranges::includes(b, a);
-}
-
-/// Members of one family, one of each player's, that are linked as states of neighbouring stages:
-/// an equation of Max reads both, and each is read by another that does not read the other. The
-/// players' controls of a stage are read by the same equations, a design by those of all stages.
-Divided find_divided(const ProblemStructure& s) {
-  const std::size_t n = s.variable_players.size();
-  if (s.variable_names.size() != n) return {};
-  const auto same_as_first = [&](const std::string& name) {
-    return family(name) == family(s.variable_names.front());
-  };
-  if (std::ranges::all_of(s.variable_names, same_as_first)) return {};  // numbers, not names
-  std::vector<std::vector<Index>> readers(n), read(s.constraint_players.size());
-  for (const auto& [row, col] : s.jacobian) {
-    if (s.constraint_players[at(row)] != Player::Max || !is_open(s, at(col)) ||
-        s.constraint_lower[at(row)] != s.constraint_upper[at(row)]) {
-      continue;
-    }
-    readers[at(col)].push_back(row);
-    read[at(row)].push_back(col);
-  }
-  for (std::vector<std::vector<Index>>* lists : {&readers, &read}) {
-    for (std::vector<Index>& list : *lists) std::ranges::sort(list);
-  }
-  std::map<std::string, Index> last;  // of a family in an equation
-  for (const std::vector<Index>& members : read) {
-    last.clear();
-    for (const Index i : members) {
-      const std::string name = family(s.variable_names[at(i)]);
-      const auto [place, first] = last.try_emplace(name, i);
-      const Index other = std::exchange(place->second, i);
-      if (first || name.empty() || s.variable_players[at(i)] == s.variable_players[at(other)] ||
-          !each_has_more(readers[at(i)], readers[at(other)])) {
-        continue;
-      }
-      const bool is_min = s.variable_players[at(i)] == Player::Min;
-      return {.of_min = is_min ? i : other, .of_max = is_min ? other : i};
-    }
-  }
-  return {};
-}
-
-std::string percent(double share) { return number_text(100.0 * share, 2) + " %"; }
-
 }  // namespace
 
 std::string one_player_remark(const ProblemStructure& s) {
@@ -157,14 +94,6 @@ std::vector<std::string> split_remarks(const ProblemStructure& s) {
         plural(counts.open[1], "variable") + " without two bounds, and " +
         plural(counts.shared.size(), "variable") + " of Min's in several of them (the first: " +
         variable_name(s, counts.shared.front()) + "). Are these states, which belong to Max, too?");
-  } else if (!counts.shared.empty()) {
-    // With disturbances that have no bounds, nothing is wrong with the counts.
-    if (const Divided found = find_divided(s); found.of_min >= 0) {
-      remarks.push_back(variable_name(s, found.of_min) + " is Min's and " +
-                        variable_name(s, found.of_max) +
-                        " is Max's, and Max's equality constraints link them like states of "
-                        "neighbouring stages. Do all of these belong to Max?");
-    }
   }
   return remarks;
 }
@@ -218,8 +147,7 @@ std::string unmet_by_max(const ProblemStructure& s, const SolverOptions& options
          "do they restrict Min instead, or is a variable of theirs Max's that should be Min's?";
 }
 
-std::string remedies(const ProblemStructure& s, const SolverOptions& options,
-                     const Result& result) {
+std::string remedies(const ProblemStructure& s, const Result& result) {
   const std::size_t n = s.variable_players.size();
   const bool kink = result.status == Status::NoLocalMinmaxFound;
   const bool runs_away = result.status == Status::InnerUnbounded;
@@ -231,16 +159,15 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
   std::string text;
   for (const std::string& mistake : split_remarks(s)) text += (text.empty() ? "" : " ") + mistake;
   if (!text.empty()) return text;
-  Index largest = -1;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double lower = s.variable_lower[i], upper = s.variable_upper[i];
-    if (s.variable_players[i] != Player::Max || !(lower < upper)) continue;
-    if (lower > options.nlp_lower_bound_inf && upper < options.nlp_upper_bound_inf) continue;
-    if (largest < 0 || std::abs(result.v[i]) > std::abs(result.v[at(largest)]))
-      largest = static_cast<Index>(i);
-  }
-  if (runs_away && largest >= 0) {
-    text = "the disturbance wins: f grows with " + variable_name(s, largest) + "\n";
+  if (runs_away) {
+    Index largest = -1;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (s.variable_players[i] == Player::Max && is_open(s, i) &&
+          (largest < 0 || std::abs(result.v[i]) > std::abs(result.v[at(largest)])))
+        largest = static_cast<Index>(i);
+    }
+    if (largest >= 0)
+      text = "the disturbance wins: f grows with " + variable_name(s, largest) + "\n";
   }
   return text +
          "what may help: a higher price of Max's variables in f (find_price finds the least one), "
@@ -262,41 +189,6 @@ std::string coupled_remark(const ProblemStructure& s) {
   return constraint_name(s, coupled) +
          " reads variables of both players and restricts Max. If Min must satisfy it for every y, "
          "give it to Min.";
-}
-
-std::vector<std::string> idle_bound_remarks(const ProblemStructure& structure,
-                                            const SolverOptions& options, const Result& result) {
-  struct Group {
-    Index variables = 0;
-    double nearest = 0.0;  ///< to a bound: 0 in the middle, 1 at an end
-  };
-  std::map<std::string, Group> groups;
-  const std::size_t n = structure.variable_players.size();
-  if (result.v.size() != n || std::ranges::count(structure.variable_players, Player::Min) == 0) {
-    return {};
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    const double lower = structure.variable_lower[i], upper = structure.variable_upper[i];
-    if (structure.variable_players[i] != Player::Max || !(lower < upper) ||
-        lower <= options.nlp_lower_bound_inf || upper >= options.nlp_upper_bound_inf) {
-      continue;
-    }
-    const bool named = i < structure.variable_names.size();
-    Group& group = groups[named ? stem(structure.variable_names[i]) : std::string()];
-    ++group.variables;
-    const double half = 0.5 * (upper - lower);
-    const double share = std::abs(result.v[i] - lower - half) / half;
-    group.nearest = std::max(group.nearest, std::isnan(share) ? 1.0 : share);
-  }
-  std::vector<std::string> remarks;
-  for (const auto& [name, group] : groups) {
-    if (group.nearest >= parameters::kLittle) continue;
-    remarks.push_back("Max's bounded variables" + (name.empty() ? "" : " " + name) + " (" +
-                      std::to_string(group.variables) + ") use " + percent(group.nearest) +
-                      " of their range: the objective, not the bounds, holds them back. Is their "
-                      "price too high?");
-  }
-  return remarks;
 }
 
 }  // namespace ipminmax

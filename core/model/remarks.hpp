@@ -22,21 +22,12 @@ namespace ipminmax {
 [[nodiscard]] std::string unmet_by_max(const ProblemStructure& structure,
                                        const SolverOptions& options, const Result& result);
 
-/// What may help a game that ended without a local minmax, in the user's terms, with what the result
-/// knows: mistakes in who owns what, bounds at which Max stands. Empty: nothing to say, or another
-/// status.
-[[nodiscard]] std::string remedies(const ProblemStructure& structure, const SolverOptions& options,
-                                   const Result& result);
+/// What may help a game that ended without a local minmax, in the user's terms: mistakes in who owns
+/// what, the disturbance that f grows with, prices. Empty: nothing to say, or another status.
+[[nodiscard]] std::string remedies(const ProblemStructure& structure, const Result& result);
 
 /// Names the first inequality of Max that reads both players' variables, in a model without robust
 /// constraints: such a row is Max's by default, and may have been meant for Min. Empty: there is none.
 [[nodiscard]] std::string coupled_remark(const ProblemStructure& structure);
-
-/// Groups of Max's bounded variables (by their names up to a bracket) that stay far from their
-/// bounds at the point of a result: a disturbance that is priced out rather than bounded. One
-/// sentence each.
-[[nodiscard]] std::vector<std::string> idle_bound_remarks(const ProblemStructure& structure,
-                                                          const SolverOptions& options,
-                                                          const Result& result);
 
 }  // namespace ipminmax

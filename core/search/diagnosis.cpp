@@ -2,8 +2,6 @@
 
 #include <cstdio>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "core/certificate/scaling.hpp"
 #include "core/differences/directional_check.hpp"
@@ -96,31 +94,6 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
   return "first and second derivatives agree with differences there";
 }
 
-/// A constraint that is Max's for entries of its Jacobian that are zero: the first, by name.
-std::string structural_zeros(Problem& problem, Result& result) {
-  const ProblemStructure& s = problem.structure();
-  std::vector<double> values(s.jacobian.size());
-  ++result.counts.jacobian;
-  if (values.empty() || !problem.jacobian(result.v, true, values)) return {};
-  std::vector<Index> listed(s.constraint_players.size(), -1);  // a Max variable
-  std::vector<bool> read(listed.size(), false);
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const auto [row, column] = s.jacobian[k];
-    const auto j = static_cast<std::size_t>(row), i = static_cast<std::size_t>(column);
-    if (s.constraint_players[j] != Player::Max || s.variable_players[i] != Player::Max) continue;
-    listed[j] = column;
-    if (values[k] != 0.0) read[j] = true;
-  }
-  for (std::size_t j = 0; j < listed.size(); ++j) {
-    if (listed[j] < 0 || read[j]) continue;
-    return constraint_name(s, static_cast<Index>(j)) + " is Max's and its Jacobian lists " +
-           variable_name(s, listed[j]) +
-           ", but no variable of Max's changes it at the last point\n"
-           "if it depends on none, leave these entries out: then it is Min's";
-  }
-  return {};
-}
-
 }  // namespace
 
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result) {
@@ -130,7 +103,7 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
                             options.hessian_approximation == HessianApproximation::Exact);
   std::string help = unmet_by_max(problem.structure(), options, result);
   if (help.empty()) {
-    help = remedies(problem.structure(), options, result);
+    help = remedies(problem.structure(), result);
   } else {
     result.message.clear();  // which speaks of kinks
   }
@@ -139,7 +112,7 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   const std::string verdict =
       canonical.build().empty() ? find_wrong_derivative(canonical, has_hessian) : "";
-  for (const std::string& text : {verdict, structural_zeros(problem, result), help}) {
+  for (const std::string& text : {verdict, help}) {
     if (text.empty()) continue;
     if (result.message.empty()) result.message = std::string(name_of(result.status));
     result.message += "\n" + text;

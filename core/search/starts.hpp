@@ -15,24 +15,13 @@ namespace ipminmax {
                                                    const SolverOptions& options, Point& point,
                                                    std::string& message);
 
-/// An iteration before which a search ends, and how.
-struct Deadline {
-  Index iteration = 0;
-  Status status = Status::InternalError;
-};
-
 /// Where and how a search begins.
 struct Start {
-  enum class Rule : std::uint8_t { Chosen, AlgorithmOne };
-
   Point point;
   StepKind how = StepKind::None;
-  Rule rule = Rule::Chosen;
-  std::optional<Deadline> deadline{};
 };
 
-/// The starting points of a solve after the model's own: random ones, every other one in a box for
-/// Algorithm 1.
+/// The starting points of a solve after the model's own: random ones.
 class OtherStarts {
  public:
   explicit OtherStarts(const MethodContext& context) : context_(context) {}

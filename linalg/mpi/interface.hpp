@@ -10,7 +10,7 @@
 namespace ipminmax::mpi {
 
 /// Number of this interface and of the messages between program and workers.
-inline constexpr int kInterface = 2;
+inline constexpr int kInterface = 3;
 
 /// What a process wants from the others of MPI_COMM_WORLD.
 enum class Role : std::int32_t {
@@ -18,9 +18,6 @@ enum class Role : std::int32_t {
   Solver,  ///< has MUMPS run on all ranks; rank 0 only, the others are workers
   Starts   ///< shares the starts of a multistart; all ranks
 };
-
-/// The ranks of a MUMPS instance.
-enum class Part : std::int32_t { All, FirstHalf, SecondHalf };
 
 /// Functions that return text return null when they succeeded, else what went wrong; it stays
 /// valid. All but request_stop are to be called by one thread at a time.
@@ -37,11 +34,9 @@ struct Plugin {
   void (*leave)();
 
   /// A MUMPS instance; data is its DMUMPS_STRUC_C, whose communicator is set. JOB = -1 follows.
-  int (*create)(Part part, void* data);
-  /// Runs data->job. start returns at once where rank 0 takes no part, and does nothing elsewhere;
-  /// finish ends what start began. data and its arrays must stay as they are in between.
-  const char* (*start)(int instance, void* data);
-  const char* (*finish)(int instance, void* data);
+  int (*create)(void* data);
+  /// Runs data->job on all ranks.
+  const char* (*run)(int instance, void* data);
 
   /// Messages between the ranks that joined for Starts, in order for each pair of ranks.
   void (*send)(int rank, const char* bytes, std::size_t count);

@@ -325,23 +325,6 @@ std::string Session::gather(Role role, const std::string& version) {
   return error;
 }
 
-MPI_Comm Session::group(int first, int count) {
-  if (first == 0 && count == size_) return communicator_;
-  for (const Group& known : groups_) {
-    if (known.first == first && known.count == count) return known.communicator;
-  }
-  MPI_Group all, part;
-  MPI_Comm_group(communicator_, &all);
-  int range[1][3] = {{first, first + count - 1, 1}};
-  MPI_Group_range_incl(all, 1, range, &part);
-  Group made{first, count, MPI_COMM_NULL};
-  MPI_Comm_create_group(communicator_, part, first, &made.communicator);
-  MPI_Group_free(&part);
-  MPI_Group_free(&all);
-  groups_.push_back(made);
-  return made.communicator;
-}
-
 bool Session::gone(int rank) const {
   const std::int32_t pid = peers_[static_cast<std::size_t>(rank)].pid;
   return pid > 0 && kill(pid, 0) != 0 && errno == ESRCH;

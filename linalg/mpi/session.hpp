@@ -12,7 +12,7 @@
 namespace ipminmax::mpi {
 
 /// Messages of a session's communicator.
-enum Tag : int { kCommand = 1, kData, kReply, kMessage };
+enum Tag : int { kCommand = 1, kMessage };
 
 /// This process among the ranks of MPI_COMM_WORLD. One per process.
 ///
@@ -28,8 +28,6 @@ class Session {
   [[nodiscard]] std::string join_as_worker(const std::string& version);
 
   [[nodiscard]] MPI_Comm communicator() const { return communicator_; }
-  /// Of the ranks first to first + count - 1; made by all of them at the same time.
-  [[nodiscard]] MPI_Comm group(int first, int count);
   [[nodiscard]] int rank() const { return rank_; }
   [[nodiscard]] int size() const { return size_; }
 
@@ -68,11 +66,6 @@ class Session {
   static int before_finalize(MPI_Comm, int, void*, void*);
 
   MPI_Comm communicator_ = MPI_COMM_NULL;
-  struct Group {
-    int first, count;
-    MPI_Comm communicator;
-  };
-  std::vector<Group> groups_;
   Role role_{};
   bool joined_ = false, left_ = false, abandoned_ = false;
   int rank_ = 0, size_ = 1, level_ = 0;

@@ -46,23 +46,6 @@ TEST(Diagnosis, RightDerivativesAreCleared) {
   EXPECT_NE(text.find("first and second derivatives agree"), std::string::npos) << text;
 }
 
-// Entries of a pattern make a constraint Max's, zero as they may be.
-TEST(Diagnosis, StructuralZerosAreNamed) {
-  for (const double coefficient : {0.0, 1e-9}) {
-    Model model;
-    const Expression x = model.variable(kMin, "thrust"),
-                     y = model.variable(kMax, "wind", -9.0, 9.0);
-    model.objective(square(x) - square(y - x));
-    const Expression gain = model.variable(kMin, "gain", coefficient, coefficient);
-    model.constraint(x + gain * y, 1.0, kNoBound);
-    AutodiffProblem problem(model, {3.0, 0.5, coefficient});
-    const std::string text = message_of(problem);
-    EXPECT_EQ(text.find("is Max's and its Jacobian lists variable 1 (wind)") != std::string::npos,
-              coefficient == 0.0)
-        << text;
-  }
-}
-
 // Differences over a step that jumps a pole are not the slope beside it.
 TEST(Diagnosis, APoleWithinTheStepIsNoError) {
   for (const double distance : {1e-6, 1e-7, -3e-7}) {

@@ -52,14 +52,14 @@ TEST(Remedies, AreInTheUsersTerms) {
   Result result;
   result.v = {0.0, -0.9999, 7.0};
   result.status = Status::Solved;
-  EXPECT_EQ(remedies(game.structure(), {}, result), "");
+  EXPECT_EQ(remedies(game.structure(), result), "");
   result.status = Status::NoLocalMinmaxFound;
-  std::string text = remedies(game.structure(), {}, result);
+  std::string text = remedies(game.structure(), result);
   for (const char* way : {"price", "find_price", "feedback", "kink", "minmax_epigraph", "starts"})
     EXPECT_NE(text.find(way), std::string::npos) << text;
   EXPECT_EQ(text.find("inequality"), std::string::npos) << text;  // s is a state
   result.status = Status::InnerUnbounded;
-  text = remedies(game.structure(), {}, result);
+  text = remedies(game.structure(), result);
   EXPECT_NE(text.find("the disturbance wins: f grows with variable 2 (s)"), std::string::npos)
       << text;
 }
@@ -76,7 +76,7 @@ TEST(Remedies, AtAKinkNameAnEquationThatIsMaxsAlone) {
   result.v = {0.0, 0.6, 0.8};
   for (const Status status : {Status::NoLocalMinmaxFound, Status::NotLocalMinmax}) {
     result.status = status;
-    const std::string text = remedies(game.structure(), {}, result);
+    const std::string text = remedies(game.structure(), result);
     for (const char* way : {"kink", "minmax_epigraph yes", "an inequality in place of"})
       EXPECT_NE(text.find(way), std::string::npos) << text;
   }
@@ -87,7 +87,7 @@ TEST(Remedies, MistakesOfThePlayersComeFirst) {
   Result result;
   result.v = {0.0, 0.0, 0.0};
   result.status = Status::NoLocalMinmaxFound;
-  const std::string text = remedies(game.structure(), {}, result);
+  const std::string text = remedies(game.structure(), result);
   EXPECT_NE(text.find("no choice is left"), std::string::npos) << text;
   EXPECT_EQ(text.find("find_price"), std::string::npos) << text;
 }
@@ -124,48 +124,6 @@ TEST(SplitRemarks, HalfOfTheStatesForgotten) {
       << text;
 }
 
-// A gust without bounds answers to any state: the counts are those of a game.
-TEST(SplitRemarks, HalfOfTheStatesForgottenWithGustsWithoutBounds) {
-  for (const int owned : {1, 3, 4}) {
-    const std::string text = first(split_remarks(stages(owned, kNoBound).structure()));
-    const std::string mine = std::to_string(owned - 1), forgotten = std::to_string(owned);
-    EXPECT_NE(text.find("(s[" + forgotten + "]) is Min's and variable "), std::string::npos)
-        << text;
-    EXPECT_NE(text.find("(s[" + mine + "]) is Max's"), std::string::npos) << text;
-  }
-  EXPECT_EQ(first(split_remarks(stages(6, kNoBound, true).structure())), "");
-  ProblemStructure unnamed = stages(3, kNoBound).structure();
-  for (std::size_t i = 0; i < unnamed.variable_names.size(); ++i) {
-    unnamed.variable_names[i] = "_svar[" + std::to_string(i + 1) + "]";
-  }
-  EXPECT_EQ(first(split_remarks(unnamed)), "") << "no families, but AMPL's numbers";
-  unnamed.variable_names.clear();
-  EXPECT_EQ(first(split_remarks(unnamed)), "") << "nothing is known of families";
-}
-
-/// A pursuer and an evader steer the same two coordinates: one name, one variable each in a stage.
-TEST(SplitRemarks, ControlsOfBothPlayersMayHaveOneName) {
-  Model model;
-  std::vector<Expression> left_over, last = {0.5, 0.2};
-  Expression cost = 0.0;
-  for (int k = 0; k < 4; ++k) {
-    const std::string index = "," + std::to_string(k) + "]";
-    const Expression own = model.variable(kMin, "u[1" + index);
-    const Expression other = model.variable(kMax, "u[2" + index);
-    cost = cost + square(own) - 20.0 * square(other);
-    for (std::size_t i = 0; i < 2; ++i) {
-      const Expression s = model.variable(kMax, "s[" + std::to_string(i) + index);
-      left_over.push_back(s - 0.9 * last[i] - own - (i == 0 ? sin(other) : cos(other)));
-      cost = cost + square(s);
-      last[i] = s;
-    }
-  }
-  model.objective(cost);
-  for (const Expression& expression : left_over) model.constraint(expression, 0.0, 0.0, kMax);
-  EXPECT_EQ(first(split_remarks(AutodiffProblem(model, std::vector<double>(16, 0.1)).structure())),
-            "");
-}
-
 TEST(OnePlayerRemark, SaysWhoHasNoChoice) {
   for (const Player player : {kMin, kMax}) {
     Model model;
@@ -181,21 +139,6 @@ TEST(OnePlayerRemark, SaysWhoHasNoChoice) {
   model.objective(square(x) + y);
   EXPECT_NE(one_player_remark(AutodiffProblem(model, {0.0, 1.0}).structure()).find("all fixed"),
             std::string::npos);
-}
-
-TEST(IdleBounds, ADisturbanceThatIsPricedOut) {
-  AutodiffProblem dear = shared_state(kMax, 50.0);
-  const Result priced = solve(dear, {});
-  ASSERT_EQ(priced.status, Status::Solved);
-  ASSERT_LT(std::abs(priced.v[1]), 0.1);
-  const std::string text = first(idle_bound_remarks(dear.structure(), {}, priced));
-  EXPECT_NE(text.find("bounded variables w (1) use "), std::string::npos) << text;
-
-  AutodiffProblem cheap = shared_state(kMax, 1.2);
-  const Result bound = solve(cheap, {});
-  ASSERT_EQ(bound.status, Status::Solved);
-  ASSERT_GT(std::abs(bound.v[1]), 0.1);
-  EXPECT_EQ(first(idle_bound_remarks(cheap.structure(), {}, bound)), "");
 }
 
 TEST(Structure, ForgottenConstraintPlayersAreNamed) {

@@ -64,8 +64,7 @@ TEST(AutoSolver, PairsOfRowsTakeFewerRefinements) {
   const Factorization by_ldlt = solver.factorize(chain.matrix);
   ASSERT_FALSE(by_ldlt.trust.pivoted);
   const double left = residual();
-  solver.refine_less();
-  EXPECT_EQ(residual(), left) << "the factors stay";
+  ASSERT_TRUE(solver.increase_quality());
   const Factorization in_pairs = solver.factorize(chain.matrix);
   EXPECT_FALSE(in_pairs.trust.pivoted);
   EXPECT_EQ(in_pairs.inertia, by_ldlt.inertia);

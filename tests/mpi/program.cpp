@@ -102,12 +102,11 @@ int solve_large(const char* file) {
 
 // --- The same certificates as with the sequential MUMPS ------------------------------------------
 
-bool compare(const std::string& name, Problem& problem, MpiHalves halves) {
+bool compare(const std::string& name, Problem& problem) {
   SolverOptions options;
   options.linear_solver = LinearSolver::Mumps;
   const Result expected = solve(problem, options);
   options.linear_solver = LinearSolver::MumpsMpi;
-  options.minmax_mpi_halves = halves;
   const Result found = solve(problem, options);
   const bool same = found.status == expected.status &&
                     found.certificate.kind == expected.certificate.kind &&
@@ -126,14 +125,9 @@ bool compare(const std::string& name, Problem& problem, MpiHalves halves) {
 
 int compare_all(std::size_t stride) {
   int different = 0, compared = 0;
-  const char* size = std::getenv("OMPI_COMM_WORLD_SIZE");
-  const bool alone = size == nullptr || std::atoi(size) == 1;
   const auto check = [&](const std::string& name, Problem& problem) {
-    for (const MpiHalves halves : {MpiHalves::No, MpiHalves::Yes}) {
-      if (alone && halves == MpiHalves::Yes) continue;
-      ++compared;
-      if (!compare(name, problem, halves)) ++different;
-    }
+    ++compared;
+    if (!compare(name, problem)) ++different;
   };
   const std::vector<SmallProblem>& smalls = small_problems();
   for (std::size_t k = 0; k < smalls.size(); k += stride) {
