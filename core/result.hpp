@@ -253,6 +253,11 @@ struct RobustWorstCase {
   double multiplier = 0.0;  ///< of the constraint at that y, with the signs of Result
   /// Whether its multiplier exceeds its distance to the bound: x rests on it.
   bool active = false;
+  int side = 0;  ///< 1: of the upper bound, -1: of the lower one, 0: not known
+  /// Range of the constraint's values in the last full search over y; 0: not known.
+  double range = 0.0;
+  /// Number of solves since that search.
+  Index age = 0;
 };
 
 /// Bounds of the largest value of f or a constraint over all y in Y(x), at one x: a y gives `seen`,
@@ -288,6 +293,9 @@ struct SearchOverY {
   /// Largest violation of a robust constraint at the returned x over all y examined; NaN: none was
   /// examined.
   double largest_violation = std::numeric_limits<double>::quiet_NaN();
+  /// Solving again: number of solves since the last full search, the largest of all robust
+  /// constraints (RobustWorstCase::age). 0: all were searched in this solve.
+  Index age = 0;
   /// Number of worst cases of f, if f was treated as a robust constraint. With a certificate x
   /// minimizes the largest of so many local worst cases. 0: f is that of one y.
   Index branches = 0;

@@ -26,7 +26,8 @@ struct KeptWork;
 ///   - the arrays,
 ///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed).
 /// With robust constraints it keeps their worst cases instead: with warm_start_init_point the next
-/// solve starts at these. The search over y uses minmax_worst_case_starts other starts as always.
+/// solve starts at these. By default it searches a constraint far from its limit fully only in every
+/// tenth solve (SearchOverY::age).
 /// Each solve compares the structure. If players, patterns or the kinds of bounds (absent,
 /// one-sided, equal) have changed, what no longer fits is computed again. Use by one thread at a
 /// time.

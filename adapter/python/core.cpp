@@ -306,6 +306,7 @@ class Problem {
       one["value"] = from.value;
       one["multiplier"] = from.multiplier;
       one["active"] = from.active;
+      one["age"] = from.age;
       one["x"] = to_array(from.v);
       result.append(one);
     }

@@ -27,10 +27,12 @@ constexpr Index kMostStartsOfRows = parameters::kPlenty;
 constexpr double kUnseenShare = parameters::kSmall;
 /// Of the range of values: what the next maximum may have more where those found are equal.
 constexpr double kMore = parameters::kSmall;
-/// Searches after which a row is not looked at any longer whose maxima, less than half as many,
-/// stay that share of its range below the limit: of 9,000 more in 250 random programs none exceeded it.
+/// Searches after which a row is not looked at any longer whose maxima, less than half as many, are
+/// far from the limit: of 9,000 more in 250 random programs none exceeded it.
 constexpr Index kLooksFromAfar = 3;
-constexpr double kFarFromLimit = 0.25;
+/// Solving again: solves within which each side is searched fully, some in each. A full search
+/// costs about ten times what following one maximum does: so both cost the same.
+constexpr std::size_t kSolvesOfFullSearches = 10;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
 constexpr Index kOften = parameters::kPatience;
@@ -49,6 +51,63 @@ struct Beside {
   bool looked = false;
 };
 
+/// Whether the maximizer has constraints other than equations.
+bool has_inequality(const ProblemStructure& s, const SolverOptions& options) {
+  for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
+    const bool bounded = s.constraint_lower[j] > options.nlp_lower_bound_inf ||
+                         s.constraint_upper[j] < options.nlp_upper_bound_inf;
+    if (bounded && s.constraint_lower[j] < s.constraint_upper[j]) return true;
+  }
+  return false;
+}
+
+/// Of maxima: a point of a convex Y.
+std::vector<double> center(const std::vector<WorstCaseMaximum>& maxima) {
+  std::vector<double> mean(maxima.front().v.size(), 0.0);
+  for (const WorstCaseMaximum& maximum : maxima) {
+    for (std::size_t i = 0; i < mean.size(); ++i)
+      mean[i] += maximum.v[i] / static_cast<double>(maxima.size());
+  }
+  return mean;
+}
+
+/// How large the function can become over all y; a value that shows above the highest of the
+/// sorted maxima is one, too.
+void prove(Problem& inner, const MaximizationContext& context, MaximaOverY& found) {
+  const double known = found.highest();
+  const ProofRequest request = context.proof != nullptr ? *context.proof : ProofRequest{};
+  const std::vector<double> seen =
+      found.maxima.empty() ? std::vector<double>{} : found.maxima.front().v;
+  Index words = 0;
+  const auto tell = [&](double bound) {
+    IterationInfo info;
+    info.iteration = words++;
+    info.over_y = true;
+    info.objective = bound;
+    info.v = std::span(seen).first(std::min(seen.size(), context.told.variable_players.size()));
+    info.result = [&] { return context.work; };
+    info.scaling = [](UserScaling&) {};
+    return context.budget.tell(context.start, info);
+  };
+  const auto go_on = [&](Index boxes, double bound) {
+    return !context.budget.interrupted() && (boxes < words * kBoxesOfAWord || tell(bound)) &&
+           boxes < request.most_boxes;
+  };
+  const double before = context.budget.stopwatch().wall();
+  WorstCaseProof proof =
+      enclose_maximum(inner, context.options, seen,
+                      {request.tolerance, go_on, context.options.minmax_threads}, context.share);
+  proof.seconds = context.budget.stopwatch().wall() - before;
+  proof.interrupted = context.budget.interrupted();
+  found.finished = found.finished && !proof.interrupted;
+  if (!proof.v.empty() && (found.maxima.empty() || proof.seen - known > proof.resolution)) {
+    found.maxima.insert(found.maxima.begin(), {proof.v, proof.seen, false, 0});
+    found.range.see(proof.seen);
+  }
+  found.maximized = found.maximized || proof.complete;
+  found.proof = std::move(proof);
+}
+
 /// The maximizations over y of one function at one x.
 class MaximizationOverY {
  public:
@@ -56,18 +115,20 @@ class MaximizationOverY {
   /// there are as many starts as are asked for.
   MaximizationOverY(Problem& inner, const MaximizationContext& context, std::optional<double> limit)
       : inner_(inner),
+        s_(inner.structure()),
         context_(context),
         options_(context.options),
         limit_(limit),
-        sampled_(with_bounds_of_rows(inner, starting_values(inner), context.work.counts)),
+        own_(starting_values(inner)),
+        sampled_(with_bounds_of_rows(inner, own_, context.work.counts)),
         ranges_(sampled_) {
-    const ProblemStructure& s = inner.structure();
-    for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
-      if (s.variable_lower[i] < s.variable_upper[i]) free_.push_back(i);
+    for (std::size_t i = 0; i < s_.variable_lower.size(); ++i) {
+      if (s_.variable_lower[i] < s_.variable_upper[i]) free_.push_back(i);
     }
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
+    found_.tol = options_.minmax_worst_case_tol;
   }
 
   [[nodiscard]] MaximaOverY run(Index starts, std::vector<std::vector<double>> given) {
@@ -77,16 +138,19 @@ class MaximizationOverY {
       if (corner) given.push_back(std::move(*corner));
     }
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
-    const std::vector<double> own = starting_values(inner_);
-    add_work_of_detection();
+    Result detection;
+    detection.counts = structure_.detect(inner_, options_);
+    add_work(detection, context_.work);
     Index start = 0;
-    for (; (start < count && !is_far_from_limit()) || may_go_on(start); ++start) {
+    for (; (start < count && !is_far_from_limit()) ||
+           (start < kMostStartsOfRows && may_be_higher(start));
+         ++start) {
       std::vector<double> v;
       SolverOptions options = options_;
       if (count > 1) options.minmax_max_restarts = 0;
       if (start > 0) {
-        if (own.empty()) break;
-        v = at(start) <= given.size() ? given[at(start) - 1] : drawn(own, start, options);
+        if (own_.empty()) break;
+        v = at(start) <= given.size() ? given[at(start) - 1] : drawn(start, options);
         if (v.empty()) continue;
       }
       if (!maximize_from(std::move(v), options)) break;
@@ -95,13 +159,15 @@ class MaximizationOverY {
     found_.settled = found_.valueless_corners.empty() &&
                      (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
     // As a single solve does, which is not to find more than many starts.
-    if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
+    if (found_.finished && count > 1 && !found_.any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
     }
     fit_range();
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
-    if (wants_proof() && !is_above_limit(highest())) prove();
-    found_.single_branch = found_.single_branch && found_.maxima.size() == 1 && any_certified();
+    const bool proves = context_.proof != nullptr || options_.minmax_worst_case_proof;
+    if (proves && !is_above_limit(found_.highest())) prove(inner_, context_, found_);
+    found_.single_branch =
+        found_.single_branch && found_.maxima.size() == 1 && found_.any_certified();
     return std::move(found_);
   }
 
@@ -110,17 +176,18 @@ class MaximizationOverY {
   /// parameters: the corner of these with the largest value, by a solve that holds them there for
   /// each. One that diverges, as on an unstable trajectory, may be worse than all others.
   [[nodiscard]] std::optional<std::vector<double>> best_corner_held() {
-    const ProblemStructure& s = inner_.structure();
-    const std::vector<std::size_t> boxed = boxed_variables(s, options_);
-    std::vector<double> v = starting_values(inner_);
-    if (v.empty() || boxed.empty() || boxed.size() > kMostHeld || has_inequality(s)) return {};
-    if (count_equations(s) > free_.size() - boxed.size()) return {};  // they restrict these, too
+    const std::vector<std::size_t> boxed = boxed_variables(s_, options_);
+    if (own_.empty() || boxed.empty() || boxed.size() > kMostHeld || has_inequality(s_, options_) ||
+        boxed.size() == free_.size() ||
+        count_equations(s_) > free_.size() - boxed.size())  // they restrict these, too
+      return {};
     held_ = boxed;
     std::optional<Result> best;
+    std::vector<double> v = own_;
     for (std::size_t corner = 0; corner < (std::size_t{1} << boxed.size()); ++corner) {
       if (context_.budget.used_up()) break;
-      move_to_corner(s, boxed, corner, v);
-      Result result = solve_held(Held(inner_, boxed, v));
+      move_to_corner(s_, boxed, corner, v);
+      Result result = solve_held(v);
       if (!is_success(result.status)) {
         found_.valueless_corners.push_back(v);
       } else if (!best || result.objective > best->objective) {
@@ -133,48 +200,9 @@ class MaximizationOverY {
     return std::move(best->v);
   }
 
-  /// Those variables as another point has them, and what follows; empty: it diverges.
-  [[nodiscard]] std::vector<double> follow(std::vector<double> v, const std::vector<double>& from) {
-    for (const std::size_t i : held_) v[i] = from[i];
-    Result result = solve_held(Held(inner_, held_, std::move(v)));
-    return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
-  }
-
-  /// First where trajectories are at their worst; then a random one, every other one above it.
-  [[nodiscard]] std::vector<double> drawn(const std::vector<double>& own, Index start,
-                                          SolverOptions& options) {
-    if (held_.empty()) {
-      if (auto corner = corner_in_step(inner_.structure(), options_, own, ++corners_)) {
-        options = staying_near(options, kMuBeside);
-        return std::move(*corner);
-      }
-    }
-    const Index number = context_.drawn + start;
-    std::vector<double> v = random_start(sampled_, own, number, options_);
-    if (!held_.empty()) return follow(own, v);
-    if (start % 2 == 1 || !can_climb()) return v;
-    options = staying_near(options, kMuBeside);
-    return start_above(inner_, options_, center(), std::move(v), number, context_.work.counts);
-  }
-
-  /// Whether single variables lead up from points of Y, which equations leave at once: of few all
-  /// corners are known.
-  [[nodiscard]] bool can_climb() const {
-    return limit_ && !found_.maxima.empty() && count_equations(inner_.structure()) == 0 &&
-           boxed_variables(inner_.structure(), options_).size() > kMostHeld;
-  }
-
-  /// Whether the maximizer has constraints other than equations.
-  [[nodiscard]] bool has_inequality(const ProblemStructure& s) const {
-    for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
-      const bool bounded = s.constraint_lower[j] > options_.nlp_lower_bound_inf ||
-                           s.constraint_upper[j] < options_.nlp_upper_bound_inf;
-      if (bounded && s.constraint_lower[j] < s.constraint_upper[j]) return true;
-    }
-    return false;
-  }
-
-  [[nodiscard]] Result solve_held(Held held) {
+  /// What follows the few variables of v that others follow.
+  [[nodiscard]] Result solve_held(std::vector<double> v) {
+    Held held(inner_, held_, std::move(v));
     SolverOptions options = options_;
     options.minmax_max_restarts = 0;
     // Full steps meet one stage of explicit dynamics after the other, wherever they begin.
@@ -185,15 +213,37 @@ class MaximizationOverY {
     return result;
   }
 
-  [[nodiscard]] bool is_far_from_limit() const {
-    if (!limit_ || !may_look_longer(options_) || found_.made < kLooksFromAfar) return false;
-    const auto distinct = static_cast<Index>(heights().size());
-    return distinct > 0 && found_.made > 2 * distinct &&
-           highest() + kFarFromLimit * found_.range.size() < *limit_;
+  /// First where trajectories are at their worst; then a random one, every other one above it,
+  /// unless single variables lead away from Y at once. Empty: what follows diverges.
+  [[nodiscard]] std::vector<double> drawn(Index start, SolverOptions& options) {
+    if (held_.empty()) {
+      if (auto corner = corner_in_step(s_, options_, own_, ++corners_)) {
+        options = staying_near(options, kMuBeside);
+        return std::move(*corner);
+      }
+    }
+    const Index number = context_.drawn + start;
+    std::vector<double> v = random_start(sampled_, own_, number, options_);
+    if (!held_.empty()) {
+      std::vector<double> moved = own_;
+      for (const std::size_t i : held_) moved[i] = v[i];
+      Result result = solve_held(std::move(moved));
+      return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
+    }
+    const bool climbs = start % 2 == 0 && limit_ && !found_.maxima.empty() &&
+                        count_equations(s_) == 0 &&
+                        boxed_variables(s_, options_).size() > kMostHeld;
+    if (!climbs) return v;
+    options = staying_near(options, kMuBeside);
+    return start_above(inner_, options_, center(found_.maxima), std::move(v), number,
+                       context_.work.counts);
   }
 
-  [[nodiscard]] bool may_go_on(Index made) const {
-    return made < kMostStartsOfRows && may_be_higher(made);
+  [[nodiscard]] bool is_far_from_limit() const {
+    if (!limit_ || !may_look_longer(options_) || found_.made < kLooksFromAfar) return false;
+    const auto distinct = static_cast<Index>(found_.heights().size());
+    return distinct > 0 && found_.made > 2 * distinct &&
+           !is_near_limit(*limit_ - found_.highest(), found_.range.size());
   }
 
   /// Whether another start is worth its cost. Where n random ones found maxima of w values,
@@ -202,104 +252,27 @@ class MaximizationOverY {
   /// count that would have to be higher than the highest by more than the known ones differ.
   [[nodiscard]] bool may_be_higher(Index made) const {
     if (!limit_ || !may_look_longer(options_)) return false;
-    const std::vector<double> values = heights();
+    const std::vector<double> values = found_.heights();
     const auto distinct = static_cast<Index>(values.size());
     const double lowest = values.empty() ? kInfinity : std::ranges::min(values);
-    const double most = highest();
+    const double most = found_.highest();
     const double more = std::max(most - lowest, kMore * found_.range.size());
     return !is_above_limit(most) && most + more > *limit_ &&
            (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
             distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
   }
 
-  /// The values of certified maxima that differ clearly.
-  [[nodiscard]] std::vector<double> heights() const {
-    std::vector<double> values;
-    for (const WorstCaseMaximum& maximum : found_.maxima) {
-      const auto as_high = [&](double value) { return is_as_high(value, maximum.value); };
-      if (maximum.certified && std::ranges::none_of(values, as_high))
-        values.push_back(maximum.value);
-    }
-    return values;
-  }
-
-  /// Value of the maxima found; -infinity: there is none.
-  [[nodiscard]] double highest() const {
-    double value = -kInfinity;
-    for (const WorstCaseMaximum& maximum : found_.maxima) value = std::max(value, maximum.value);
-    return value;
-  }
-
   /// Whether many starts found the highest value.
   [[nodiscard]] bool is_found_often() const {
-    const double most = highest();
     Index often = 0;
     for (const WorstCaseMaximum& maximum : found_.maxima) {
-      if (!is_higher(most, maximum.value)) often += maximum.found;
+      if (!found_.is_higher(found_.highest(), maximum.value)) often += maximum.found;
     }
     return often >= kOften;
   }
 
-  [[nodiscard]] bool wants_proof() const {
-    return context_.proof != nullptr || options_.minmax_worst_case_proof;
-  }
-  [[nodiscard]] bool is_higher(double value, double other) const {
-    return clearly_greater(value, other, found_.range, options_.minmax_worst_case_tol);
-  }
-  [[nodiscard]] bool is_as_high(double value, double other) const {
-    return !is_higher(value, other) && !is_higher(other, value);
-  }
   [[nodiscard]] bool is_above_limit(double value) const {
-    return limit_ && is_higher(value, *limit_);
-  }
-
-  /// How large the function can become over all y; a value that shows above the highest of the
-  /// sorted maxima is one, too.
-  void prove() {
-    const double known = highest();
-    const ProofRequest request = context_.proof != nullptr ? *context_.proof : ProofRequest{};
-    const std::vector<double> seen =
-        found_.maxima.empty() ? std::vector<double>{} : found_.maxima.front().v;
-    Index words = 0;
-    const auto go_on = [&](Index boxes, double bound) {
-      if (context_.budget.interrupted()) return false;
-      if (boxes >= words * kBoxesOfAWord && !tell_of_proof(words++, seen, bound)) return false;
-      return boxes < request.most_boxes;
-    };
-    const double before = context_.budget.stopwatch().wall();
-    WorstCaseProof proof =
-        enclose_maximum(inner_, options_, seen, {request.tolerance, go_on, options_.minmax_threads},
-                        context_.share);
-    proof.seconds = context_.budget.stopwatch().wall() - before;
-    proof.interrupted = context_.budget.interrupted();
-    found_.finished = found_.finished && !proof.interrupted;
-    if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - known > proof.resolution)) {
-      found_.maxima.insert(found_.maxima.begin(), {proof.v, proof.seen, false, 0});
-      found_.range.see(proof.seen);
-    }
-    found_.maximized = found_.maximized || proof.complete;
-    found_.proof = std::move(proof);
-  }
-
-  [[nodiscard]] bool tell_of_proof(Index word, const std::vector<double>& seen, double bound) {
-    IterationInfo info;
-    info.iteration = word;
-    info.over_y = true;
-    info.objective = bound;
-    info.v = std::span(seen).first(std::min(seen.size(), context_.told.variable_players.size()));
-    info.result = [this] { return context_.work; };
-    info.scaling = [](UserScaling&) {};
-    return context_.budget.tell(context_.start, info);
-  }
-
-  /// Of the maxima found: a point of a convex Y.
-  [[nodiscard]] std::vector<double> center() const {
-    std::vector<double> mean(found_.maxima.front().v.size(), 0.0);
-    const double share = 1.0 / static_cast<double>(found_.maxima.size());
-    for (const WorstCaseMaximum& maximum : found_.maxima) {
-      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += share * maximum.v[i];
-    }
-    return mean;
+    return limit_ && found_.is_higher(value, *limit_);
   }
 
   /// Beside the highest maximum, then beside others, if little more would violate the constraint:
@@ -309,16 +282,23 @@ class MaximizationOverY {
   [[nodiscard]] bool look_beside() {
     SolverOptions options = staying_near(options_, kMuBeside);
     options.minmax_max_restarts = 0;
+    const auto looked_at_height_of = [&](double value) {
+      Index looked = 0;
+      for (std::size_t k = 0; k < beside_.size(); ++k) {
+        if (beside_[k].looked && found_.is_as_high(value, found_.maxima[k].value)) ++looked;
+      }
+      return looked;
+    };
     while (!options_.minmax_concave_in_y && found_.made < kMostStartsOfRows) {
       std::optional<std::size_t> from;
       for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
         const auto& [v, value, certified, found] = found_.maxima[k];
         // Beside the maxima of a face, which are not certified, stand more of them.
         const bool wanted = !beside_[k].looked && value + kMore * found_.range.size() > *limit_ &&
-                            looked_beside_as_high(value) < (certified ? kBesideOneHeight : 1);
+                            looked_at_height_of(value) < (certified ? kBesideOneHeight : 1);
         if (wanted && (!from || value > found_.maxima[*from].value)) from = k;
       }
-      if (!from || is_above_limit(highest())) return true;
+      if (!from || is_above_limit(found_.highest())) return true;
       beside_[*from].looked = true;
       for (std::vector<double>& place :
            next_to(inner_, options_, found_.maxima[*from].v, beside_[*from].lambda, kBeside,
@@ -329,17 +309,9 @@ class MaximizationOverY {
     return true;
   }
 
-  [[nodiscard]] Index looked_beside_as_high(double value) const {
-    Index looked = 0;
-    for (std::size_t k = 0; k < beside_.size(); ++k) {
-      if (beside_[k].looked && is_as_high(value, found_.maxima[k].value)) ++looked;
-    }
-    return looked;
-  }
-
   /// By values at infeasible points, up to the size of the function; at most to what matters beside
-  /// the highest maximum: what x can change there, how far other maxima are below, and what a solve
-  /// leaves undecided.
+  /// the highest maximum: what x can change there, as each Min variable changes by its size, how far
+  /// other maxima are below, and what a solve leaves undecided.
   void fit_range() {
     const double width = std::min(on_the_way_.size(), context_.size);
     if (width > found_.range.size()) found_.range.see(found_.range.most - width);
@@ -347,23 +319,16 @@ class MaximizationOverY {
     if (found_.maxima.empty()) return;
     const auto [lowest, top] =
         std::ranges::minmax_element(found_.maxima, {}, &WorstCaseMaximum::value);
-    found_.range.cap = std::max(change_by_min(top->v) + top->value - lowest->value,
-                                accuracy_ / options_.minmax_worst_case_tol);
-  }
-
-  /// Of the function as each Min variable, which is held, changes by its size.
-  [[nodiscard]] double change_by_min(const std::vector<double>& v) {
-    const std::vector<Player>& players = inner_.structure().variable_players;
-    std::vector<double> gradient(v.size());
+    std::vector<double> gradient(s_.variable_players.size());
     ++context_.work.counts.gradient;
-    if (!inner_.gradient(v, true, gradient)) return kInfinity;
-    double change = 0.0;
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      if (players[i] != Player::Min) continue;
-      change += std::abs(gradient[i]) *
-                (context_.sizes != nullptr ? context_.sizes->of(i) : std::abs(v[i]));
+    if (!inner_.gradient(top->v, true, gradient)) return;
+    double change = top->value - lowest->value;
+    for (std::size_t i = 0; i < gradient.size(); ++i) {
+      if (s_.variable_players[i] == Player::Min)
+        change += std::abs(gradient[i]) *
+                  (context_.sizes != nullptr ? context_.sizes->of(i) : std::abs(top->v[i]));
     }
-    return change;
+    found_.range.cap = std::max(change, accuracy_ / found_.tol);
   }
 
   /// False: nothing more can be done.
@@ -406,16 +371,6 @@ class MaximizationOverY {
       return context_.budget.tell(context_.start, told);
     };
     return observer;
-  }
-
-  void add_work_of_detection() {
-    Result only;
-    only.counts = structure_.detect(inner_, options_);
-    add_work(only, context_.work);
-  }
-
-  [[nodiscard]] bool any_certified() const {
-    return std::ranges::any_of(found_.maxima, &WorstCaseMaximum::certified);
   }
 
   /// Whether all variables that are not held have two bounds: none of them can run away.
@@ -493,7 +448,7 @@ class MaximizationOverY {
     ranges_.see(v);
     for (WorstCaseMaximum& known : found_.maxima) {
       if (!same_point(v, known.v, ranges_, free_, options_.minmax_distinct_tol) ||
-          is_higher(value, known.value) || is_higher(known.value, value)) {
+          !found_.is_as_high(value, known.value)) {
         continue;
       }
       ++known.found;
@@ -510,9 +465,11 @@ class MaximizationOverY {
   }
 
   Problem& inner_;
+  const ProblemStructure& s_;
   const MaximizationContext& context_;
   SolverOptions options_;
   std::optional<double> limit_;
+  std::vector<double> own_;   ///< where the problem starts; empty: nowhere
   ProblemStructure sampled_;  ///< inner_'s, with all bounds that are known
   VariableRanges ranges_;
   std::vector<std::size_t> free_;  ///< variables that are not held
@@ -526,6 +483,21 @@ class MaximizationOverY {
 };
 
 }  // namespace
+
+double MaximaOverY::highest() const {
+  double value = -kInfinity;
+  for (const WorstCaseMaximum& maximum : maxima) value = std::max(value, maximum.value);
+  return value;
+}
+
+std::vector<double> MaximaOverY::heights() const {
+  std::vector<double> values;
+  for (const WorstCaseMaximum& maximum : maxima) {
+    const auto as_high = [&](double value) { return is_as_high(value, maximum.value); };
+    if (maximum.certified && std::ranges::none_of(values, as_high)) values.push_back(maximum.value);
+  }
+  return values;
+}
 
 void cut(std::size_t n, std::size_t m, Result& result) {
   for (auto* values : {&result.v, &result.z_lower, &result.z_upper}) {
@@ -562,9 +534,50 @@ MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index 
   return maximize_over_y(inner, starts, given, context);
 }
 
+namespace {
+
+/// The last maximum of a side, moved to this x; empty: it did not end at a maximum.
+std::optional<MaximaOverY> follow(RowOverY& row, const MaximizationContext& context) {
+  SolverOptions near = staying_near(context.options, kMuBeside);
+  near.minmax_max_restarts = 0;
+  MaximizationContext alone{near,         context.budget, context.start,
+                            context.told, context.work,   context.looked};
+  alone.witnesses = context.witnesses;
+  MaximaOverY found = maximize_over_y(row, 1, {}, alone);
+  if (!found.finished || !found.maximized || found.unbounded || found.maxima.empty()) return {};
+  return found;
+}
+
+}  // namespace
+
+std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
+                                                   const SolverOptions& options) {
+  if (!may_look_longer(options) || options.minmax_worst_case_proof) return {};
+  std::vector<RobustWorstCase> followed;
+  for (RobustWorstCase& one : last) {
+    if (!(one.range > 0.0)) continue;
+    const auto known = std::ranges::find_if(followed, [&](const RobustWorstCase& other) {
+      return other.constraint == one.constraint && other.side == one.side;
+    });
+    if (known == followed.end()) {
+      followed.push_back(std::move(one));
+    } else if (std::pair(one.active, one.side * one.value) >
+               std::pair(known->active, known->side * known->value)) {
+      *known = std::move(one);
+    }
+  }
+  std::ranges::stable_sort(followed, {}, &RobustWorstCase::age);
+  followed.resize(followed.size() - followed.size() / kSolvesOfFullSearches);
+  std::erase_if(followed, [](const RobustWorstCase& one) {
+    return one.age + 1 >= static_cast<Index>(kSolvesOfFullSearches);
+  });
+  return followed;
+}
+
 std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<double>& x,
                                               Index starts,
                                               const std::vector<RobustCopies::WorstCase>& known,
+                                              const std::vector<RobustWorstCase>& followed,
                                               const RobustScopes& scopes, const RowUnits& units,
                                               const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
@@ -581,11 +594,44 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     for (const RobustCopies::WorstCase& other : known) {
       if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
     }
-    RowOverY problem(model, row, side, x, scopes.of(row));
-    MaximizationContext sized = context;
+    const RobustScope scope = scopes.of(row);
+    const double factor = units.factor[at(row)];
+    const auto last = std::ranges::find_if(followed, [&](const RobustWorstCase& one) {
+      return one.constraint == row && one.side == side && one.v.size() == x.size();
+    });
+    const double bound = units.value(at(row), side, scan.bound);
+    const bool was_active = last != followed.end() && last->active;
+    if (last != followed.end() && !was_active) {
+      std::vector<double> v = x;
+      for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
+      RowOverY problem(model, row, side, std::move(v), scope);
+      if (auto found = follow(problem, context)) {
+        const double highest = units.value(at(row), side, found->maxima.front().value);
+        if (!is_near_limit(bound - highest, last->range)) {
+          static_cast<MaximaOverY&>(scan) = std::move(*found);
+          scan.spread = last->range;
+          scan.age = last->age + 1;
+          return scan;
+        }
+        given.push_back(found->maxima.front().v);
+      }
+    }
+    RowOverY problem(model, row, side, x, scope);
+    SolverOptions options = context.options;
+    if (was_active) options.minmax_worst_case_starts = starts;  // and no more
+    MaximizationContext sized{options,      context.budget, context.start,
+                              context.told, context.work,   context.looked};
+    sized.drawn = context.drawn;
+    sized.witnesses = context.witnesses;
     sized.size = units.size[at(row)];
+    sized.sizes = context.sizes;
     static_cast<MaximaOverY&>(scan) = maximize_over_y(
         problem, starts, given, sized, starts > 0 ? std::optional(scan.accepted) : std::nullopt);
+    if (!scan.may_be_higher()) scan.spread = (scan.range.most - scan.range.least) / factor;
+    if (was_active) {
+      scan.spread = std::max(scan.spread, last->range);
+      scan.age = last->age + 1;
+    }
     if (scan.proof) {
       scan.proof->seen = units.value(at(row), side, scan.proof->seen);
       scan.proof->proved = units.value(at(row), side, scan.proof->proved);

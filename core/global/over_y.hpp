@@ -29,6 +29,13 @@ namespace ipminmax {
   return options.minmax_worst_case_starts < 0 && !options.minmax_concave_in_y;
 }
 
+/// Whether a distance to the limit is small beside the range of a row: a maximum that is not known
+/// may exceed the limit.
+[[nodiscard]] inline bool is_near_limit(double distance, double range) {
+  constexpr double kNear = 0.25;
+  return !(distance > kNear * range);
+}
+
 /// Most variables that are held at all their corners where others follow them.
 inline constexpr std::size_t kMostHeld = 3;
 
@@ -68,6 +75,21 @@ struct MaximaOverY {
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
+  double tol = 0.0;  ///< of the range: values that differ by less are as high
+
+  [[nodiscard]] bool is_higher(double value, double other) const {
+    return clearly_greater(value, other, range, tol);
+  }
+  [[nodiscard]] bool is_as_high(double value, double other) const {
+    return !is_higher(value, other) && !is_higher(other, value);
+  }
+  /// Value of the maxima; -infinity: there is none.
+  [[nodiscard]] double highest() const;
+  /// The values of certified maxima that differ clearly.
+  [[nodiscard]] std::vector<double> heights() const;
+  [[nodiscard]] bool any_certified() const {
+    return std::ranges::any_of(maxima, &WorstCaseMaximum::certified);
+  }
 };
 
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box
@@ -104,6 +126,8 @@ struct SideScan : MaximaOverY {
   int side = 1;           ///< 1: of the upper bound, -1: of the lower one
   double bound = 0.0;     ///< of side times the constraint
   double accepted = 0.0;  ///< the bound, relaxed
+  double spread = 0.0;    ///< of the values seen in the last full search; the model's units
+  Index age = 0;          ///< solves since that search
 
   /// Whether it was maximized, as often as was asked for, and has a maximum.
   [[nodiscard]] bool is_complete() const {
@@ -112,9 +136,9 @@ struct SideScan : MaximaOverY {
   }
   /// Whether a higher maximum is to be expected after the most starts, and no proof excludes it.
   [[nodiscard]] bool may_be_higher() const { return !settled && !(proof && proof->complete); }
-  /// Whether the k-th maximum exceeds the bound by more than tol of the range.
-  [[nodiscard]] bool violates(std::size_t k, double tol) const {
-    return clearly_greater(maxima[k].value, accepted, range, tol);
+  /// Whether the k-th maximum exceeds the bound by more than a share of the range.
+  [[nodiscard]] bool violates(std::size_t k, double tolerance) const {
+    return clearly_greater(maxima[k].value, accepted, range, tolerance);
   }
   /// Excess over the bound beside the range; negative: the constraint holds.
   [[nodiscard]] double excess(std::size_t k) const {
@@ -129,10 +153,17 @@ struct SideScan : MaximaOverY {
 
 /// Maximizes each bounded side of each robust constraint over all of y at the x of a point, from
 /// the known worst cases and others. scopes: of the model. units: of its rows, for what is said of
-/// proofs.
+/// proofs. followed: worst cases of the last solve, at most one
+/// of a side. If x rested on it, the side is searched from `starts` starts alone. Else, if this
+/// maximum is far from the limit when it has moved with x, the side is not searched further.
 [[nodiscard]] std::vector<SideScan> scan_robust_constraints(
     Problem& model, const std::vector<double>& x, Index starts,
-    const std::vector<RobustCopies::WorstCase>& known, const RobustScopes& scopes,
-    const RowUnits& units, const MaximizationContext& context);
+    const std::vector<RobustCopies::WorstCase>& known, const std::vector<RobustWorstCase>& followed,
+    const RobustScopes& scopes, const RowUnits& units, const MaximizationContext& context);
+
+/// Of each side the highest worst case of the last solve, unless its full search is among the oldest:
+/// then it is searched fully in this one.
+[[nodiscard]] std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
+                                                                 const SolverOptions& options);
 
 }  // namespace ipminmax

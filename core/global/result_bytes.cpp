@@ -103,12 +103,13 @@ void walk(Visit& visit, R& r) {
        worst.branches, worst.higher, worst.unbounded, worst.single_branch, worst.stated_concave);
   auto& y = r.over_y;
   each(visit, y.asked, y.functions, y.maximizations, y.finished, y.better_known,
-       y.largest_violation, y.branches, y.solves, y.open, y.open_constraint);
+       y.largest_violation, y.age, y.branches, y.solves, y.open, y.open_constraint);
   walk_size(visit, y.proofs);
   for (auto& p : y.proofs) walk_proof(visit, p);
   walk_size(visit, r.worst_cases);
   for (auto& found : r.worst_cases) {
-    each(visit, found.constraint, found.v, found.value, found.multiplier, found.active);
+    each(visit, found.constraint, found.v, found.value, found.multiplier, found.active, found.side,
+         found.range, found.age);
   }
 }
 

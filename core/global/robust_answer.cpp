@@ -150,8 +150,18 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
                           .v = copies.model_point(result.v, k),
                           .value = kNaN,
                           .multiplier = result.lambda[row],
-                          .active = defined && copies.is_active(result, k)};
+                          .active = defined && copies.is_active(result, k),
+                          .side = copies.worst_cases()[k].side};
     const std::size_t constraint = at(found.constraint);
+    if (found.side == 0)
+      found.side = form.solved.structure().constraint_upper[constraint] < kUnbounded ? 1 : -1;
+    const auto scan = std::ranges::find_if(scans, [&](const SideScan& side) {
+      return side.constraint == found.constraint && side.side == found.side;
+    });
+    if (scan != scans.end()) {
+      found.range = scan->spread;
+      found.age = scan->age;
+    }
     found.multiplier = form.units.multiplier(constraint, found.multiplier);
     if (defined) found.value = form.units.value(constraint, 1.0, result.constraints[row]);
     if (constraint == m) found.value += found.v.back();  // f - t
@@ -168,13 +178,18 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
     }
   }
   for (const SideScan& side : scans) {
-    if (side.maxima.empty() || at(side.constraint) == m ||
-        std::ranges::find(list, side.constraint, &RobustWorstCase::constraint) != list.end())
+    const auto is_listed = [&](const RobustWorstCase& found) {
+      return found.constraint == side.constraint && found.side == side.side;
+    };
+    if (side.maxima.empty() || at(side.constraint) == m || std::ranges::any_of(list, is_listed))
       continue;
     const auto& [v, value, certified, times] = side.maxima.front();
     list.push_back({.constraint = side.constraint,
                     .v = v,
-                    .value = form.units.value(at(side.constraint), 1.0, side.side * value)});
+                    .value = form.units.value(at(side.constraint), 1.0, side.side * value),
+                    .side = side.side,
+                    .range = side.spread,
+                    .age = side.age});
     list.back().v.resize(n);
   }
   std::ranges::stable_sort(list, {}, &RobustWorstCase::constraint);
@@ -189,6 +204,7 @@ SearchOverY search_over_y(const RobustForm& form, const std::vector<SideScan>& s
                    .finished = verified,
                    .largest_violation = scans.empty() ? kNaN : 0.0};
   for (const SideScan& side : scans) {
+    seen.age = std::max(seen.age, side.age);
     if (!side.maxima.empty()) {
       seen.largest_violation =
           std::max(seen.largest_violation,

@@ -67,25 +67,31 @@ std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const R
   return chosen;
 }
 
-/// The first worst case of a constraint begins at the first that is known, others that x rests on
-/// become its copies. Two-sided constraints begin as always. Empty: not all constraints have one.
-std::vector<RobustCopies::WorstCase> at_known(const std::vector<RobustCopies::WorstCase>& first,
+/// Worst cases of the last solve near their limits; or else the one nearest to its bound.
+std::vector<RobustCopies::WorstCase> at_known(const ProblemStructure& s,
                                               const std::vector<RobustWorstCase>& known,
                                               const SolverOptions& options) {
   std::vector<RobustCopies::WorstCase> chosen;
-  for (const RobustCopies::WorstCase& one : first) {
-    const std::size_t before = chosen.size();
-    for (const RobustWorstCase& other : known) {
-      if (other.constraint != one.constraint || one.side != 0) continue;
-      if (other.v.size() != one.v.size() || !all_finite(other.v)) continue;
-      if (chosen.size() == before) {
-        chosen.push_back({one.constraint, other.v, one.copied});
-      } else if (other.active && options.minmax_robust_copies) {
-        chosen.push_back({one.constraint, other.v});
-      }
+  std::optional<RobustCopies::WorstCase> nearest;
+  double least = kInfinity;
+  if (!options.minmax_robust_copies) return chosen;
+  for (const RobustWorstCase& one : known) {
+    if (one.constraint < 0 || at(one.constraint) >= s.constraint_players.size() ||
+        one.v.size() != s.variable_players.size() || !all_finite(one.v))
+      continue;
+    const double above = s.constraint_upper[at(one.constraint)] - one.value;
+    const double below = one.value - s.constraint_lower[at(one.constraint)];
+    const int side = one.side != 0 ? one.side : above <= below ? 1 : -1;
+    RobustCopies::WorstCase copy{one.constraint, one.v, true, false, side};
+    const double distance = side > 0 ? above : below;
+    if (one.active || (one.range > 0.0 && is_near_limit(distance, one.range))) {
+      chosen.push_back(std::move(copy));
+    } else if (!(distance >= least)) {
+      least = distance;
+      nearest = std::move(copy);
     }
-    if (chosen.size() == before) return {};
   }
+  if (chosen.empty() && nearest) chosen.push_back(std::move(*nearest));
   return chosen;
 }
 
@@ -159,9 +165,10 @@ Result RobustSearch::run(std::vector<double> start, const std::vector<RobustWors
   if (at_kink) {
     place_.near = true;
     release(scan(starts_, first.worst_cases), kNearAKink);
-  } else if (auto chosen = at_known(first.worst_cases, known, options_); !chosen.empty()) {
+  } else if (auto chosen = at_known(form_.asked.structure(), known, options_); !chosen.empty()) {
     place_.near = true;
     place_.worst_cases = std::move(chosen);
+    followed_ = worst_cases_to_follow(known, options_);
   }
   return solve_from(first);
 }
@@ -172,6 +179,7 @@ Result RobustSearch::run(std::vector<double> start, const std::vector<RobustWors
 Result RobustSearch::solve_from(const Place& first) {
   const Place own = place_;
   bool found = own.near && rounds(Y::Moving);
+  followed_.clear();
   if (!found && starts_ > 0 && !budget_.used_up()) {
     place_ = own;
     for (RobustCopies::WorstCase& one : place_.worst_cases) {
@@ -418,8 +426,8 @@ std::vector<SideScan> RobustSearch::scan(Index starts, const WorstCases& known) 
   context.sizes = &ranges_;
   // None looks from where a scan before it did.
   context.drawn = std::max(Index{parameters::kPlenty}, starts_) * scans_++;
-  std::vector<SideScan> scans =
-      scan_robust_constraints(form_.solved, place_.v, starts, known, scopes_, form_.units, context);
+  std::vector<SideScan> scans = scan_robust_constraints(form_.solved, place_.v, starts, known,
+                                                        followed_, scopes_, form_.units, context);
   for (const SideScan& side : scans) {
     for (const WorstCaseMaximum& maximum : side.maxima) ranges_.see(maximum.v);
   }

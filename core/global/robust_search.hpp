@@ -69,6 +69,7 @@ class RobustSearch {
   Index start_;
   SolveObserver observer_;
   RobustScopes scopes_;
+  std::vector<RobustWorstCase> followed_;  ///< of the last solve, from which alone searches begin
   Place place_;
   std::size_t corners_added_ = 0;  ///< to the scenarios
   std::vector<bool> reads_y_;

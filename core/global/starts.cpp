@@ -219,6 +219,7 @@ Result Starts::refine(Worker& worker, Problem& model, Index start, const std::ve
     if (!by_row || round == kMostRefuted || budget_.used_up()) return result;
     from = result.v;
     known = result.worst_cases;
+    for (RobustWorstCase& one : known) one.range = 0.0;  // none is followed alone
     refuted = std::move(result);
   }
 } catch (const std::bad_alloc&) {  // between two solves

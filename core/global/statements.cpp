@@ -107,6 +107,10 @@ std::string looked_over_y(const Result& result) {
     text = count(rows, "bounded side") + " of robust constraints maximized from " +
            count(y.asked, "start") + " or more each; largest violation " +
            number(y.largest_violation);
+    if (y.age > 0)
+      text +=
+          "; those far from their limit from their last worst case alone, the oldest full search " +
+          count(y.age, "solve") + " ago";
   }
   if (!of_objective.empty()) text += (text.empty() ? "" : "; ") + of_objective;
   for (const WorstCaseProof& proof : y.proofs) {

@@ -72,11 +72,6 @@ class RobustCopies final : public Problem {
   [[nodiscard]] Index variable(std::size_t k, Index model_variable) const {
     return parts_[k + 1].column[static_cast<std::size_t>(model_variable)];
   }
-  /// Row, of a result, that stands for a Max constraint of the k-th worst case's scope.
-  [[nodiscard]] Index row_on_copy(std::size_t k, Index model_row) const {
-    const Index own = parts_[k + 1].row_of[static_cast<std::size_t>(model_row)];
-    return own < 0 ? model_row : own;
-  }
   /// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its
   /// distance to the bound.
   [[nodiscard]] bool is_active(const Result& result, std::size_t k) const;

@@ -9,6 +9,7 @@
 
 #include <support/autodiff_problem.hpp>
 
+#include "core/answer.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
 
@@ -582,6 +583,44 @@ TEST(RobustConstraint, WarmStartsFollowTheWorstCases) {
   EXPECT_EQ(solve_for_wish(1.22, options, solver).over_y.asked, 5);
   const Result cold = solve_for_wish(1.01, {}, solver);
   EXPECT_EQ(cold.over_y.asked, 8);
+}
+
+/// min (x - 2)^2 with x y <= 1 and x (y + 0.2 y^3) <= limit for every y in [-1, 1]: x = 1.
+Result solve_beside_a_limit(double limit, const SolverOptions& options, RepeatedSolver& solver) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", -3.0, 3.0);
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - 2.0));
+  model.constraint(x * y, -kNoBound, 1.0, kMin);
+  model.constraint(x * (y + 0.2 * y * square(y)), -kNoBound, limit, kMin);
+  AutodiffProblem problem(model, {0.3, 0.1});
+  return solver.solve(problem, options);
+}
+
+TEST(RobustConstraint, FarFromItsLimitIsFollowedWhenSolvingAgain) {
+  SolverOptions options;
+  RepeatedSolver solver;
+  const Result first = solve_beside_a_limit(9.0, options, solver);
+  EXPECT_EQ(first.over_y.age, 0);
+  options.warm_start_init_point = true;
+  Index oldest = 0;
+  for (int k = 1; k < 12; ++k) {
+    const Result next = solve_beside_a_limit(9.0 + 0.01 * k, options, solver);
+    expect_certified(next);
+    EXPECT_LT(next.over_y.maximizations, first.over_y.maximizations);
+    EXPECT_EQ(next.over_y.age, k % 10) << k;
+    oldest = std::max(oldest, next.over_y.age);
+    EXPECT_EQ(next.worst_cases.front().age, next.over_y.age);
+    EXPECT_EQ(next.worst_cases.back().age, next.over_y.age);
+    EXPECT_EQ(statements(next)[2].find(" ago") != std::string::npos, next.over_y.age > 0)
+        << statements(next)[2];
+  }
+  EXPECT_EQ(oldest, 9);
+  // Near its limit it is searched at once, and so it is if a number of starts was asked for.
+  EXPECT_EQ(solve_beside_a_limit(1.3, options, solver).worst_cases.back().age, 0);
+  static_cast<void>(solve_beside_a_limit(9.0, options, solver));
+  options.minmax_worst_case_starts = 4;
+  EXPECT_EQ(solve_beside_a_limit(9.0, options, solver).over_y.age, 0);
 }
 
 TEST(RobustConstraint, AWorstCaseThatDoesNotFitIsNoStart) {

@@ -286,7 +286,8 @@ class Problem:
                                     single_branch, stated_concave, value, x with the worst y; None
                                     without a search (minmax_worst_case_starts, minmax_starts)
         worst_cases                 list of dicts of constraint (m: the objective), value, multiplier,
-                                    active, x with that y: of robust constraints and minmax_epigraph
+                                    active, age (solves since the full search over y), x with that y: of
+                                    robust constraints and minmax_epigraph
         proofs                      list of dicts of constraint (-1: the objective), least, seen,
                                     proved, complete, boxes, x with the worst y seen, message: with
                                     minmax_worst_case_proof
