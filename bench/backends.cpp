@@ -27,7 +27,7 @@
 #include <regression/scalable_nlp.hpp>
 
 #include <examples/sequential_chauffeur.hpp>
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "kkt_matrices.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/ordering.hpp"

@@ -4,7 +4,7 @@
 
 #include <examples/chauffeur_tnlp.hpp>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace bench {
 

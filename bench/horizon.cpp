@@ -10,7 +10,7 @@
 #include <examples/chauffeur_tnlp.hpp>
 
 #include <examples/sequential_chauffeur.hpp>
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/solver.hpp"
 #include "factorizations.hpp"
 #include "program.hpp"

@@ -14,7 +14,7 @@
 
 #include <support/forwarding_problem.hpp>
 
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "chauffeur.hpp"
 #include "core/solver.hpp"
 #include "factorizations.hpp"

@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "autodiff_problem.hpp"
-#include "interval.hpp"
+#include "formulas/autodiff_problem.hpp"
+#include "formulas/interval.hpp"
 #include "iteration.hpp"
 #include "options.hpp"
 #include "problem.hpp"

@@ -1,7 +1,7 @@
-# The rooms of the core follow the data: no room includes one that comes after it, and none below global includes
+# The rooms of the core follow the data: no room includes one that comes after it, and none below parallel includes
 # what the door offers (answer.hpp and its other names). Run with -DSOURCE_DIR=...
 cmake_minimum_required(VERSION 3.22)
-set(rooms model differences robust point kkt method paper certificate search sensitivity proof global)
+set(rooms model differences robust point kkt method paper certificate diagnostics search sensitivity proof parallel global)
 set(door answer gap multistart robust solver worst_case)
 set(wrong "")
 
@@ -20,7 +20,7 @@ list(JOIN door "|" offered)
 set(later ${rooms})
 foreach(room ${rooms})
   list(REMOVE_ITEM later ${room})
-  if(NOT room STREQUAL "global")
+  if(NOT room MATCHES "^(parallel|global)$")
     list(JOIN later "|" after)
     forbid("core/${room}" "core/((${after})/|(${offered})\\.hpp\")")
   endif()

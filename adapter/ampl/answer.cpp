@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include "adapter/log.hpp"
-#include "adapter/status.hpp"
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/log.hpp"
+#include "adapter/ipopt/status.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/answer.hpp"
 #include "core/model/status_table.hpp"
 

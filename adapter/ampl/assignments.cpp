@@ -12,9 +12,9 @@
 #include <IpJournalist.hpp>
 #include <IpOptionsList.hpp>
 
-#include "adapter/application_options.hpp"
-#include "adapter/exact_options.hpp"
-#include "adapter/option_registry.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/exact_options.hpp"
+#include "adapter/ipopt/option_registry.hpp"
 
 namespace ipminmax {
 namespace {

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "adapter/output_file.hpp"
+#include "adapter/ipopt/output_file.hpp"
 
 namespace ipminmax {
 namespace {

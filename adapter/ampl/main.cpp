@@ -19,10 +19,10 @@
 
 #include <IpoptConfig.h>
 
-#include "adapter/application_options.hpp"
-#include "adapter/minmax_application.hpp"
-#include "adapter/options_documentation.hpp"
-#include "adapter/output_file.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/options_documentation.hpp"
+#include "adapter/ipopt/output_file.hpp"
 #include "answer.hpp"
 #include "assignments.hpp"
 #include "checked_file.hpp"

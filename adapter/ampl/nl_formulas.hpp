@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/interval.hpp"
+#include "core/formulas/interval.hpp"
 
 namespace ipminmax {
 

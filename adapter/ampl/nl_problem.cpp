@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "adapter/spelling.hpp"
+#include "adapter/ipopt/spelling.hpp"
 #include "checked_file.hpp"
 #include "child_process.hpp"
 #include "nl_formulas.hpp"

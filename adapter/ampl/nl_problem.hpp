@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "adapter/minmax_tnlp.hpp"
-#include "adapter/optional_players.hpp"
-#include "adapter/player_lists.hpp"
+#include "adapter/ipopt/minmax_tnlp.hpp"
+#include "adapter/ipopt/optional_players.hpp"
+#include "adapter/ipopt/player_lists.hpp"
 #include "core/result.hpp"
 #include "nl_check.hpp"
 #include "solution_file.hpp"

@@ -21,10 +21,10 @@
 #include <string>
 #include <vector>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/minmax_tnlp.hpp"
-#include "adapter/optional_players.hpp"
-#include "adapter/status.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/minmax_tnlp.hpp"
+#include "adapter/ipopt/optional_players.hpp"
+#include "adapter/ipopt/status.hpp"
 #include "core/answer.hpp"
 
 namespace ipminmax {

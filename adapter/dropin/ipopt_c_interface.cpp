@@ -12,8 +12,8 @@
 #include <new>
 #include <vector>
 
-#include "adapter/ipminmax.h"
-#include "adapter/minmax_tnlp.hpp"
+#include "adapter/c/ipminmax.h"
+#include "adapter/ipopt/minmax_tnlp.hpp"
 
 namespace {
 

@@ -24,9 +24,9 @@
 #include <utility>
 #include <vector>
 
-#include "adapter/application_options.hpp"
-#include "adapter/c_problem.hpp"
-#include "adapter/status.hpp"
+#include "adapter/c/c_problem.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/status.hpp"
 #include "core/answer.hpp"
 #include "interpreter.hpp"
 #include "over_boxes.hpp"

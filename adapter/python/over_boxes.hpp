@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "core/interval.hpp"
+#include "core/formulas/interval.hpp"
 
 namespace ipminmax::python {
 

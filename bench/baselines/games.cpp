@@ -8,7 +8,7 @@
 #include <problems/small_problems.hpp>
 
 #include <examples/sequential_chauffeur.hpp>
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "game.hpp"
 
 namespace bench {

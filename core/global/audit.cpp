@@ -7,7 +7,8 @@
 #include <random>
 #include <utility>
 
-#include "core/derivative_test.hpp"
+#include "core/diagnostics/derivative_test.hpp"
+#include "core/diagnostics/diagnosis.hpp"
 #include "core/global/choice.hpp"
 #include "core/global/over_y.hpp"
 #include "core/model/canonical_problem.hpp"
@@ -17,7 +18,6 @@
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/robust_scope.hpp"
-#include "core/search/diagnosis.hpp"
 #include "core/worst_case.hpp"
 #include "linalg/numbers.hpp"
 

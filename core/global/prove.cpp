@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/global/joined_thread.hpp"
 #include "core/global/over_y.hpp"
-#include "core/global/ranks.hpp"
-#include "core/global/result_bytes.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/parallel/joined_thread.hpp"
+#include "core/parallel/ranks.hpp"
+#include "core/parallel/result_bytes.hpp"
 #include "core/proof.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/robust/row_over_y.hpp"

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "core/formulas/interval.hpp"
 #include "core/global/choice.hpp"
-#include "core/interval.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"

@@ -5,13 +5,13 @@
 #include <system_error>
 #include <tuple>
 
-#include "core/global/joined_thread.hpp"
 #include "core/global/over_y.hpp"
 #include "core/global/refinement.hpp"
-#include "core/global/result_bytes.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/parallel/joined_thread.hpp"
+#include "core/parallel/result_bytes.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"

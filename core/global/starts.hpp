@@ -17,9 +17,9 @@
 #include "core/answer.hpp"
 #include "core/global/audit.hpp"
 #include "core/global/choice.hpp"
-#include "core/global/ranks.hpp"
 #include "core/model/budget.hpp"
 #include "core/multistart.hpp"
+#include "core/parallel/ranks.hpp"
 #include "core/search/one_start.hpp"
 #include "linalg/inertia.hpp"
 

@@ -6,11 +6,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/global/joined_thread.hpp"
-#include "core/global/ranks.hpp"
-#include "core/global/result_bytes.hpp"
 #include "core/global/starts.hpp"
 #include "core/multistart.hpp"
+#include "core/parallel/joined_thread.hpp"
+#include "core/parallel/ranks.hpp"
+#include "core/parallel/result_bytes.hpp"
 #include "core/search/random_starts.hpp"
 
 namespace ipminmax {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/interval.hpp"
+#include "core/formulas/interval.hpp"
 #include "core/model/compare.hpp"
 #include "core/proof.hpp"
 

@@ -11,7 +11,7 @@
 
 #include <Eigen/Dense>
 
-#include "core/interval.hpp"
+#include "core/formulas/interval.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/parameters.hpp"

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/interval.hpp"
+#include "core/formulas/interval.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/problem.hpp"
 

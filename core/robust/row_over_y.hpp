@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/interval.hpp"
+#include "core/formulas/interval.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/robust/robust_copies.hpp"
 

@@ -12,7 +12,7 @@
 #include <examples/chauffeur_tnlp.hpp>
 #include <support/count_allocations.hpp>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace ipminmax {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "adapter/autodiff_tnlp.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/autodiff_tnlp.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace ipminmax {
 namespace {

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "adapter/c_callbacks.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

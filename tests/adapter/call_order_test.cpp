@@ -3,7 +3,7 @@
 
 #include <IpIpoptApplication.hpp>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

@@ -11,7 +11,7 @@
 
 #include <support/autodiff_problem.hpp>
 
-#include "adapter/cross_check.hpp"
+#include "adapter/ipopt/cross_check.hpp"
 #include "adapter/model.hpp"
 #include "core/solver.hpp"
 #include "problems/small_problems.hpp"

@@ -14,8 +14,8 @@
 #include <regression/not_minima.hpp>
 #include <support/mixed_model.hpp>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/problem_tnlp.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/problem_tnlp.hpp"
 
 namespace ipminmax::testing {
 namespace {

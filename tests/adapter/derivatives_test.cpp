@@ -6,9 +6,9 @@
 #include <string>
 
 #include "../../examples/chauffeur_tnlp.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "adapter/model.hpp"
-#include "adapter/tnlp_problem.hpp"
 
 namespace ipminmax {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace ipminmax {
 namespace {

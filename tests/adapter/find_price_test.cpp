@@ -9,8 +9,8 @@
 #include <examples/riccati.hpp>
 #include <examples/stage_models.hpp>
 
-#include "adapter/find_price.hpp"
-#include "adapter/stages.hpp"
+#include "adapter/control/find_price.hpp"
+#include "adapter/control/stages.hpp"
 
 namespace ipminmax {
 namespace {

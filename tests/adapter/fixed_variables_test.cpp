@@ -13,8 +13,8 @@
 #include <support/dense_optimality.hpp>
 #include <support/forwarding_problem.hpp>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/problem_tnlp.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/problem_tnlp.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {

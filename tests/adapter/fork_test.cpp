@@ -10,7 +10,7 @@
 
 #include <support/sanitizer.hpp>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace ipminmax {
 namespace {

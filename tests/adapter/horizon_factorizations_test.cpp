@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "../../examples/chauffeur_tnlp.hpp"
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "adapter/horizon_shift.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/control/horizon_shift.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace ipminmax {
 namespace {

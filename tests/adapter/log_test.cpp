@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "adapter/log.hpp"
+#include "adapter/ipopt/log.hpp"
 
 namespace ipminmax {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

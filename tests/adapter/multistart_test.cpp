@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

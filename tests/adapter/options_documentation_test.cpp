@@ -20,12 +20,12 @@
 #include <IpIpoptApplication.hpp>
 #include <IpJournalist.hpp>
 
-#include "adapter/application_options.hpp"
-#include "adapter/ipopt_only_options.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/ipopt_only_options.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/option_registry.hpp"
+#include "adapter/ipopt/options_documentation.hpp"
 #include "adapter/model.hpp"
-#include "adapter/option_registry.hpp"
-#include "adapter/options_documentation.hpp"
 
 namespace ipminmax {
 namespace {

@@ -13,10 +13,10 @@
 #include <locale>
 #include <sstream>
 
-#include "adapter/application_options.hpp"
-#include "adapter/exact_options.hpp"
-#include "adapter/ipopt_only_options.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/exact_options.hpp"
+#include "adapter/ipopt/ipopt_only_options.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

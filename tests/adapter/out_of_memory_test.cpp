@@ -9,8 +9,8 @@
 
 #include <ipminmax.h>
 
-#include "adapter/application_options.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 // g++ sees one of the operators below through, not the other.

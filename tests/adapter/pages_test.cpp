@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "adapter/log.hpp"
-#include "adapter/status.hpp"
+#include "adapter/ipopt/log.hpp"
+#include "adapter/ipopt/status.hpp"
 #include "core/model/status_table.hpp"
 
 namespace ipminmax {

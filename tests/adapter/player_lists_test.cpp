@@ -7,11 +7,11 @@
 
 #include <gtest/gtest.h>
 
-#include "adapter/cross_check.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/cross_check.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/player_lists.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "adapter/model.hpp"
-#include "adapter/player_lists.hpp"
-#include "adapter/tnlp_problem.hpp"
 
 namespace ipminmax {
 namespace {

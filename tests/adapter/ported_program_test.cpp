@@ -1,5 +1,5 @@
 // What programs written for IpoptApplication of 3.11 and 3.14 call, by Ipopt's names.
-#include "adapter/minmax_fwd.hpp"  // first, as in a header of the program
+#include "adapter/ipopt/minmax_fwd.hpp"  // first, as in a header of the program
 
 namespace program {
 /// A class that only names the application, as programs do with Ipopt's.
@@ -21,9 +21,9 @@ struct Wrapper {
 
 #include <IpNLP.hpp>
 
-#include "adapter/application_options.hpp"
-#include "adapter/ipopt_library.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/ipopt_library.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

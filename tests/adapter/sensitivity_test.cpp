@@ -10,7 +10,7 @@
 
 #include "../../examples/chauffeur_tnlp.hpp"
 #include "adapter/c_callbacks.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

@@ -8,7 +8,7 @@
 
 #include <support/count_allocations.hpp>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 #include "model.hpp"
 
 namespace ipminmax {

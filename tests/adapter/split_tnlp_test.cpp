@@ -3,9 +3,9 @@
 
 #include <stdexcept>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "adapter/model.hpp"
-#include "adapter/tnlp_problem.hpp"
 
 namespace ipminmax {
 namespace {

@@ -11,10 +11,10 @@
 #include <examples/riccati.hpp>
 #include <examples/stage_models.hpp>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/problem_tnlp.hpp"
-#include "adapter/stages.hpp"
-#include "core/derivative_test.hpp"
+#include "adapter/control/stages.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/problem_tnlp.hpp"
+#include "core/diagnostics/derivative_test.hpp"
 
 namespace ipminmax {
 namespace {

@@ -6,8 +6,8 @@
 #include <typeinfo>
 #include <vector>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/status.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/status.hpp"
 
 namespace ipminmax {
 namespace {

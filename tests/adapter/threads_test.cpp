@@ -7,8 +7,8 @@
 #include <support/count_threads.hpp>
 
 #include "../../examples/chauffeur_tnlp.hpp"
-#include "adapter/minmax_application.hpp"
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "adapter/model.hpp"
-#include "adapter/tnlp_problem.hpp"
 
 namespace ipminmax {
 namespace {

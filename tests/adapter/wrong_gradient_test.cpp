@@ -9,9 +9,9 @@
 #include <support/autodiff_problem.hpp>
 #include <support/changed_problem.hpp>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/problem_tnlp.hpp"
-#include "core/derivative_test.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/problem_tnlp.hpp"
+#include "core/diagnostics/derivative_test.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

@@ -23,7 +23,7 @@
 #include <support/dice.hpp>
 #include <support/nl_writer.hpp>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -9,7 +9,7 @@
 #include <support/doors.hpp>
 #include <support/nl_writer.hpp>
 
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "ampl_fixture.hpp"
 #include "core/answer.hpp"
 

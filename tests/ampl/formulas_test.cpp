@@ -18,7 +18,7 @@
 #include <regression/hock_schittkowski.hpp>
 #include <support/nl_writer.hpp>
 
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

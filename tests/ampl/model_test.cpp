@@ -14,8 +14,8 @@
 #include <regression/hock_schittkowski.hpp>
 #include <support/nl_writer.hpp>
 
-#include "adapter/tnlp_problem.hpp"
-#include "core/derivative_test.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
+#include "core/diagnostics/derivative_test.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

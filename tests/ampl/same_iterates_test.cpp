@@ -16,8 +16,8 @@
 #include <support/mixed_model.hpp>
 #include <support/nl_writer.hpp>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/problem_tnlp.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/problem_tnlp.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -15,7 +15,7 @@
 #include <support/judge_truth.hpp>
 #include <support/nl_writer.hpp>
 
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "ampl_fixture.hpp"
 
 namespace ipminmax::testing {

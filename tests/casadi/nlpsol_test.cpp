@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "../../examples/chauffeur_tnlp.hpp"
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/autodiff_problem.hpp"
+#include "core/formulas/autodiff_problem.hpp"
 #include "core/robust.hpp"
 #include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"

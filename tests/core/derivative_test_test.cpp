@@ -13,7 +13,7 @@
 #include <support/autodiff_problem.hpp>
 #include <support/without_hessian.hpp>
 
-#include "core/derivative_test.hpp"
+#include "core/diagnostics/derivative_test.hpp"
 
 namespace ipminmax::testing {
 namespace {

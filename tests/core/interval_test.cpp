@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/autodiff.hpp"
-#include "core/interval.hpp"
+#include "core/formulas/autodiff.hpp"
+#include "core/formulas/interval.hpp"
 
 namespace ipminmax {
 namespace {

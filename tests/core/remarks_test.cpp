@@ -8,7 +8,7 @@
 
 #include <support/autodiff_problem.hpp>
 
-#include "core/model/remarks.hpp"
+#include "core/diagnostics/remarks.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {

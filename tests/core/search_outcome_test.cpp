@@ -4,8 +4,8 @@
 
 #include <support/autodiff_problem.hpp>
 
-#include "core/global/result_bytes.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/parallel/result_bytes.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/outcome.hpp"
 

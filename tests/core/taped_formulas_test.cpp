@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/autodiff_problem.hpp"
-#include "core/derivative_test.hpp"
+#include "core/diagnostics/derivative_test.hpp"
+#include "core/formulas/autodiff_problem.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {

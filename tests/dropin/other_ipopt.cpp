@@ -1,6 +1,6 @@
 // Stands for the Ipopt that a program is linked with where this library was built with another
 // version: 3.14 has GetIpoptCurrentIterate, 3.11 has not.
-#include "adapter/ipopt_version.hpp"
+#include "adapter/ipopt/ipopt_version.hpp"
 
 namespace Ipopt {
 double CpuTime();

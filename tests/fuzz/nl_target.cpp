@@ -11,7 +11,7 @@
 #include <nl_check.hpp>
 #include <nl_problem.hpp>
 
-#include "adapter/minmax_application.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
 
 namespace ipminmax::testing {
 namespace {

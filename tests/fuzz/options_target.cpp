@@ -8,8 +8,8 @@
 #include <assignments.hpp>
 #include <fuzz/targets.hpp>
 
-#include "adapter/application_options.hpp"
-#include "adapter/player_lists.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/player_lists.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -22,7 +22,7 @@
 #include <support/dice.hpp>
 
 #include "core/answer.hpp"
-#include "core/derivative_test.hpp"
+#include "core/diagnostics/derivative_test.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

@@ -18,9 +18,9 @@
 #include <support/doors.hpp>
 #include <support/judge_truth.hpp>
 
-#include "adapter/application_options.hpp"
-#include "adapter/option_registry.hpp"
-#include "adapter/options_documentation.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/option_registry.hpp"
+#include "adapter/ipopt/options_documentation.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
 

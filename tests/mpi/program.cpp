@@ -37,7 +37,7 @@
 #include <support/without_hessian.hpp>
 
 #include "../../examples/chauffeur_tnlp.hpp"
-#include "adapter/tnlp_problem.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/multistart.hpp"
 #include "core/proof.hpp"
 #include "core/solver.hpp"

@@ -14,7 +14,7 @@
 
 #include <support/dice.hpp>
 
-#include "adapter/stages.hpp"
+#include "adapter/control/stages.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/autodiff_problem.hpp"
+#include "core/formulas/autodiff_problem.hpp"
 #include "core/multistart.hpp"
 #include "core/robust.hpp"
 #include "core/worst_case.hpp"

@@ -12,7 +12,7 @@
 #include <regression/hock_schittkowski.hpp>
 #include <support/judge_result.hpp>
 
-#include "adapter/cross_check.hpp"
+#include "adapter/ipopt/cross_check.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "adapter/problem_tnlp.hpp"
+#include "adapter/ipopt/problem_tnlp.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax::testing {

@@ -12,7 +12,7 @@
 #include <support/autodiff_problem.hpp>
 #include <support/dice.hpp>
 
-#include "adapter/status.hpp"
+#include "adapter/ipopt/status.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

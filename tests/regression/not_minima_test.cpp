@@ -12,7 +12,7 @@
 #include <regression/problem_tnlp.hpp>
 #include <support/judge_result.hpp>
 
-#include "adapter/status.hpp"
+#include "adapter/ipopt/status.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

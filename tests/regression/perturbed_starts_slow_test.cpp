@@ -8,7 +8,7 @@
 
 #include <regression/hock_schittkowski.hpp>
 
-#include "adapter/cross_check.hpp"
+#include "adapter/ipopt/cross_check.hpp"
 
 namespace ipminmax::testing {
 namespace {

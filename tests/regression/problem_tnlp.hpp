@@ -1,6 +1,6 @@
 #pragma once
 
-#include "adapter/problem_tnlp.hpp"
+#include "adapter/ipopt/problem_tnlp.hpp"
 
 /// Ipopt's own answer to a Problem whose variables are all the Min player's.
 namespace ipminmax::testing {

@@ -13,8 +13,8 @@
 #include <gtest/gtest.h>
 #include <ipminmax.h>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/problem_tnlp.hpp"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/problem_tnlp.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "core/model/remarks.hpp"
+#include "core/diagnostics/remarks.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"

@@ -6,7 +6,7 @@
 
 #include <support/autodiff_problem.hpp>
 
-#include "core/interval.hpp"
+#include "core/formulas/interval.hpp"
 
 namespace ipminmax::testing {
 

@@ -1,0 +1,470 @@
+#include <IpOptionsList.hpp>
+#include <IpRegOptions.hpp>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "adapter/c/c_problem.hpp"
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/ipopt_library.hpp"
+#include "adapter/ipopt/point_arrays.hpp"
+#include "core/version.h"
+
+// The C interface: problems, options, solves.
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+using Problem = ::IpminmaxProblemInfo;
+using Ipopt::SmartPtr;
+
+// The header repeats these values, so that it does not need Ipopt's or the core's.
+template <class Ours, class Theirs>
+constexpr bool same(Ours ours, Theirs theirs) {
+  return static_cast<int>(ours) == static_cast<int>(theirs);
+}
+static_assert([] {
+  using enum Ipopt::ApplicationReturnStatus;
+  const std::pair<int, int> statuses[] = {
+      {IPMINMAX_SOLVE_SUCCEEDED, Solve_Succeeded},
+      {IPMINMAX_SOLVED_TO_ACCEPTABLE_LEVEL, Solved_To_Acceptable_Level},
+      {IPMINMAX_INFEASIBLE_PROBLEM_DETECTED, Infeasible_Problem_Detected},
+      {IPMINMAX_SEARCH_DIRECTION_BECOMES_TOO_SMALL, Search_Direction_Becomes_Too_Small},
+      {IPMINMAX_DIVERGING_ITERATES, Diverging_Iterates},
+      {IPMINMAX_USER_REQUESTED_STOP, User_Requested_Stop},
+      {IPMINMAX_FEASIBLE_POINT_FOUND, Feasible_Point_Found},
+      {IPMINMAX_MAXIMUM_ITERATIONS_EXCEEDED, Maximum_Iterations_Exceeded},
+      {IPMINMAX_RESTORATION_FAILED, Restoration_Failed},
+      {IPMINMAX_ERROR_IN_STEP_COMPUTATION, Error_In_Step_Computation},
+      {IPMINMAX_MAXIMUM_CPUTIME_EXCEEDED, Maximum_CpuTime_Exceeded},
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+      {IPMINMAX_MAXIMUM_WALLTIME_EXCEEDED, Maximum_WallTime_Exceeded},
+#endif
+      {IPMINMAX_NOT_ENOUGH_DEGREES_OF_FREEDOM, Not_Enough_Degrees_Of_Freedom},
+      {IPMINMAX_INVALID_PROBLEM_DEFINITION, Invalid_Problem_Definition},
+      {IPMINMAX_INVALID_OPTION, Invalid_Option},
+      {IPMINMAX_INVALID_NUMBER_DETECTED, Invalid_Number_Detected},
+      {IPMINMAX_UNRECOVERABLE_EXCEPTION, Unrecoverable_Exception},
+      {IPMINMAX_NONIPOPT_EXCEPTION_THROWN, NonIpopt_Exception_Thrown},
+      {IPMINMAX_INSUFFICIENT_MEMORY, Insufficient_Memory},
+      {IPMINMAX_INTERNAL_ERROR, Internal_Error},
+  };
+  return std::ranges::all_of(statuses, [](auto pair) { return pair.first == pair.second; });
+}());
+static_assert(same(IPMINMAX_MIN, Player::Min) && same(IPMINMAX_MAX, Player::Max));
+static_assert(same(IPMINMAX_C_STYLE, Ipopt::TNLP::C_STYLE) &&
+              same(IPMINMAX_FORTRAN_STYLE, Ipopt::TNLP::FORTRAN_STYLE));
+static_assert(same(IPMINMAX_LOCAL_MINMAX, PointKind::LocalMinmax) &&
+              same(IPMINMAX_FIRST_ORDER_POINT, PointKind::FirstOrderPoint) &&
+              same(IPMINMAX_FEASIBLE_POINT, PointKind::FeasiblePoint) &&
+              same(IPMINMAX_INFEASIBLE_POINT, PointKind::InfeasiblePoint) &&
+              same(IPMINMAX_UNKNOWN_POINT, PointKind::Unknown));
+static_assert(same(IPMINMAX_ANSWER_UNKNOWN, InnerAnswer::Unknown) &&
+              same(IPMINMAX_ANSWER_STRICTLY_BEST, InnerAnswer::StrictlyBest) &&
+              same(IPMINMAX_ANSWER_UNIQUE, InnerAnswer::Unique) &&
+              same(IPMINMAX_ANSWER_SMOOTH, InnerAnswer::Smooth) &&
+              same(IPMINMAX_ANSWER_BEST_NOT_UNIQUE, InnerAnswer::BestNotUnique));
+static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
+              same(IPMINMAX_SATISFIED, SecondOrder::Satisfied) &&
+              same(IPMINMAX_UNDECIDED, SecondOrder::Undecided) &&
+              same(IPMINMAX_VIOLATED, SecondOrder::Violated) &&
+              same(IPMINMAX_FLAT, SecondOrder::Flat));
+
+std::vector<int> read_players(const int* players, Index count, const char* name,
+                              std::string& error) {
+  if (players == nullptr || count <= 0 || !error.empty()) return {};
+  const std::vector<int> result(players, players + count);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (result[i] == IPMINMAX_MIN || result[i] == IPMINMAX_MAX) continue;
+    error = name_of_entry(name, i) + " = " + std::to_string(result[i]) +
+            "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)";
+    break;
+  }
+  return result;
+}
+
+/// What is wrong with sizes and callbacks; empty when nothing is.
+std::string error_of(const CallbackDefinition& d, int index_style, const int* variable_players) {
+  if (d.n < 0) return "n = " + std::to_string(d.n) + " is negative";
+  if (d.m < 0) return "m = " + std::to_string(d.m) + " is negative";
+  if (d.nele_jac < 0) return "nele_jac = " + std::to_string(d.nele_jac) + " is negative";
+  if (d.nele_hess < 0) return "nele_hess = " + std::to_string(d.nele_hess) + " is negative";
+  if (d.m == 0 && d.nele_jac > 0) {
+    return "nele_jac = " + std::to_string(d.nele_jac) + " without constraints";
+  }
+  if (index_style != IPMINMAX_C_STYLE && index_style != IPMINMAX_FORTRAN_STYLE) {
+    return "index_style = " + std::to_string(index_style) + "; it must be 0 (C) or 1 (Fortran)";
+  }
+  if (d.eval_f == nullptr) return "eval_f is NULL";
+  if (d.eval_grad_f == nullptr) return "eval_grad_f is NULL";
+  if (d.m > 0 && d.eval_g == nullptr) return "eval_g is NULL";
+  if (d.m > 0 && d.eval_jac_g == nullptr) return "eval_jac_g is NULL";
+  if (d.n > 0 && variable_players == nullptr) return "variable_players is NULL";
+  return {};
+}
+
+template <class Value>
+std::string text_of(Value value) {
+  std::array<char, 64> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
+
+/// Copies scaling factors; NULL is none.
+std::vector<double> read_scaling(const double* values, Index count, const char* name,
+                                 std::string& error) {
+  if (values == nullptr) return {};
+  std::vector<double> result = read_array(values, count, name, error);
+  for (std::size_t i = 0; i < result.size() && error.empty(); ++i) {
+    if (!is_sane_scaling(result[i])) {
+      error = name_of_entry(name, i) + " = " + text_of(result[i]) + " is not in [" +
+              text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
+    }
+  }
+  return result;
+}
+
+std::string name_of(Ipopt::RegisteredOptionType type) {
+  if (type == Ipopt::OT_Number) return "a number";
+  if (type == Ipopt::OT_Integer) return "an integer";
+  return "a string";
+}
+
+int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionType type,
+               auto make_text) noexcept {
+  return guarded(problem, [&]() -> std::string {
+    if (keyword == nullptr) return "the option's name is NULL";
+    OptionRegistry registry;
+    const SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(keyword);
+    const std::string name(keyword);
+    if (Ipopt::IsNull(option)) return unknown_option(name, registry);
+    if (option->Type() != type) {
+      return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
+    }
+    return set_option(name, make_text(), registry, *problem->application->Options(), true);
+  });
+}
+
+bool is_warm(const Problem& problem) {
+  bool warm = false;
+  problem.application->Options()->GetBoolValue("warm_start_init_point", warm, "");
+  return warm;
+}
+
+/// warm_start_init_point is yes while this lives. Where memory is too short for setting it back,
+/// the next solve does.
+class WarmStart {
+ public:
+  explicit WarmStart(Problem& problem) : problem_(problem) {
+    if (is_warm(problem)) return;
+    problem.warm_for_once = true;
+    set(problem, "yes");
+  }
+  ~WarmStart() {
+    try {
+      end(problem_);
+    } catch (...) {  // bad_alloc
+    }
+  }
+  WarmStart(const WarmStart&) = delete;
+  WarmStart& operator=(const WarmStart&) = delete;
+
+  static void end(Problem& problem) {
+    if (!problem.warm_for_once) return;
+    set(problem, "no");
+    problem.warm_for_once = false;
+  }
+
+ private:
+  static void set(Problem& problem, const char* value) {
+    problem.application->Options()->SetStringValue("warm_start_init_point", value);
+  }
+  Problem& problem_;
+};
+
+/// Where IpminmaxSolve writes; all but x may be null.
+struct Output {
+  double *x, *g, *objective, *lambda, *z_lower, *z_upper;
+};
+
+IpminmaxReturnStatus stop(Problem& problem, Status status, std::string message) {
+  problem.status = ipminmax::name_of(status);
+  say(&problem, std::move(message));
+  return status == Status::InvalidOption ? IPMINMAX_INVALID_OPTION
+         : status == Status::OutOfMemory ? IPMINMAX_INSUFFICIENT_MEMORY
+                                         : IPMINMAX_INVALID_PROBLEM_DEFINITION;
+}
+
+/// Copies the answer out.
+void write(const CallbackTNLP& model, const Output& out) {
+  copy_to(out.x, model.answer.x);
+  copy_to(out.g, model.g);
+  copy_to(out.lambda, model.answer.lambda);
+  copy_to(out.z_lower, model.answer.z_lower);
+  copy_to(out.z_upper, model.answer.z_upper);
+  if (out.objective != nullptr) *out.objective = model.objective;
+}
+
+enum class Call : std::uint8_t { Solve, Again, OverRanks };
+
+/// Solves from the model's start, options read.
+IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
+  MinMaxApplication& application = *problem.application;
+  const SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(problem.model);
+  const auto status = call == Call::Again       ? application.ReOptimizeTNLP(model)
+                      : call == Call::OverRanks ? application.OptimizeTNLPOverRanks(model)
+                                                : application.OptimizeTNLP(model);
+  const Result& result = application.LastResult();
+  problem.status = ipminmax::name_of(result.status);
+  say(&problem, result.message);
+  problem.answered = Ipopt::IsValid(application.Statistics());
+  if (problem.model->finalized) write(*problem.model, out);
+  return static_cast<IpminmaxReturnStatus>(status);
+}
+
+IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data, Call call) {
+  const bool again = call == Call::Again;
+  CallbackTNLP& model = *problem.model;
+  const CallbackDefinition& d = model.definition();
+  if (again && !problem.answered) {
+    return stop(problem, Status::InvalidProblem,
+                "IpminmaxSolveAgain needs a last solve with a final point");
+  }
+  WarmStart::end(problem);
+  problem.answered = false;
+  problem.sensitivity_fits = false;
+  model.finalized = false;
+  model.user_data = user_data;
+  if (d.n > 0 && out.x == nullptr) return stop(problem, Status::InvalidProblem, "x is NULL");
+  if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
+    const Result& failure = problem.application->LastResult();
+    return stop(problem, failure.status, failure.message);
+  }
+
+  model.needs_hessian = asks_for_hessian(problem);
+  model.start.x.assign(out.x, out.x + d.n);
+  if (again) {
+    model.start.lambda = model.answer.lambda;
+    model.start.z_lower = model.answer.z_lower;
+    model.start.z_upper = model.answer.z_upper;
+    const WarmStart warm(problem);
+    if (!is_warm(problem)) {
+      return stop(problem, Status::InvalidOption,
+                  "the options file sets warm_start_init_point = no: cannot solve again from the "
+                  "last multipliers");
+    }
+    return run(problem, out, call);
+  }
+  if (is_warm(problem)) {
+    const char* missing = d.m > 0 && out.lambda == nullptr    ? "mult_g"
+                          : d.n > 0 && out.z_lower == nullptr ? "mult_x_L"
+                          : d.n > 0 && out.z_upper == nullptr ? "mult_x_U"
+                                                              : nullptr;
+    if (missing != nullptr) {
+      return stop(problem, Status::InvalidProblem,
+                  std::string("warm_start_init_point = yes, but ") + missing + " is NULL");
+    }
+    model.start.lambda.clear();
+    if (d.m > 0) model.start.lambda.assign(out.lambda, out.lambda + d.m);
+    model.start.z_lower.assign(out.z_lower, out.z_lower + d.n);
+    model.start.z_upper.assign(out.z_upper, out.z_upper + d.n);
+  }
+  return run(problem, out, call);
+}
+
+IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* user_data,
+                                   Call call) noexcept {
+  if (problem == nullptr) {
+    say_fixed(nullptr, "the problem is NULL");
+    return IPMINMAX_INVALID_PROBLEM_DEFINITION;
+  }
+  if (problem->solving) {
+    say_fixed(problem, "the problem is being solved: no solve inside its own callbacks");
+    return IPMINMAX_INVALID_PROBLEM_DEFINITION;
+  }
+  const Solving solving(*problem);
+  try {
+    return start(*problem, out, user_data, call);
+  } catch (const std::bad_alloc&) {
+    say_fixed(problem, "out of memory");
+    return IPMINMAX_INSUFFICIENT_MEMORY;
+  } catch (...) {
+    say_fixed(problem, "internal error: unexpected exception");
+    return IPMINMAX_INTERNAL_ERROR;
+  }
+}
+
+}  // namespace
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
+
+using namespace ipminmax;  // this file ends here
+
+IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int m,
+                               const double* g_L, const double* g_U, int nele_jac, int nele_hess,
+                               int index_style, IpminmaxEval_F_CB eval_f, IpminmaxEval_G_CB eval_g,
+                               IpminmaxEval_Grad_F_CB eval_grad_f, IpminmaxEval_Jac_G_CB eval_jac_g,
+                               IpminmaxEval_H_CB eval_h, const int* variable_players,
+                               const int* constraint_players) {
+  try {
+    CallbackDefinition d;
+    d.n = n;
+    d.m = m;
+    d.nele_jac = nele_jac;
+    d.nele_hess = nele_hess;
+    d.eval_f = eval_f;
+    d.eval_g = eval_g;
+    d.eval_grad_f = eval_grad_f;
+    d.eval_jac_g = eval_jac_g;
+    d.eval_h = eval_h;
+    std::string error = ipopt_library_error();
+    if (error.empty()) error = error_of(d, index_style, variable_players);
+    d.index_style =
+        index_style == IPMINMAX_C_STYLE ? Ipopt::TNLP::C_STYLE : Ipopt::TNLP::FORTRAN_STYLE;
+    d.x_lower = read_array(x_L, n, "x_L", error);
+    d.x_upper = read_array(x_U, n, "x_U", error);
+    d.g_lower = read_array(g_L, m, "g_L", error);
+    d.g_upper = read_array(g_U, m, "g_U", error);
+    d.variable_players = read_players(variable_players, n, "variable_players", error);
+    d.constraint_players = read_players(constraint_players, m, "constraint_players", error);
+    if (error.empty()) return new IpminmaxProblemInfo(std::move(d));
+    say(nullptr, std::move(error));
+  } catch (const std::bad_alloc&) {
+    say_fixed(nullptr, "out of memory");
+  } catch (...) {
+    say_fixed(nullptr, "internal error: unexpected exception");
+  }
+  return nullptr;
+}
+
+void IpminmaxFree(IpminmaxProblem problem) {
+  if (problem != nullptr && problem->solving) {
+    return say_fixed(problem, "the problem is being solved: it is not freed");
+  }
+  delete problem;
+}
+
+int IpminmaxAddStrOption(IpminmaxProblem problem, const char* keyword, const char* val) {
+  if (problem != nullptr && val == nullptr) {
+    say_fixed(problem, "the option's value is NULL");
+    return 0;
+  }
+  return add_option(problem, keyword, Ipopt::OT_String, [=] { return std::string(val); });
+}
+
+int IpminmaxAddNumOption(IpminmaxProblem problem, const char* keyword, double val) {
+  return add_option(problem, keyword, Ipopt::OT_Number, [=] { return text_of(val); });
+}
+
+int IpminmaxAddIntOption(IpminmaxProblem problem, const char* keyword, int val) {
+  return add_option(problem, keyword, Ipopt::OT_Integer, [=] { return text_of(val); });
+}
+
+int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char* file_name, int print_level) {
+  return guarded(problem, [&]() -> std::string {
+    if (file_name == nullptr) return "the file's name is NULL";
+    if (print_level < 0 || print_level >= Ipopt::J_LAST_LEVEL) {
+      return "print_level = " + std::to_string(print_level) + " is not in [0, " +
+             std::to_string(Ipopt::J_LAST_LEVEL - 1) + "]";
+    }
+    const auto level = static_cast<Ipopt::EJournalLevel>(print_level);
+    if (problem->application->OpenOutputFile(file_name, level)) return {};
+    return "cannot open output file \"" + std::string(file_name) + "\"";
+  });
+}
+
+int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double* x_scaling,
+                       const double* g_scaling) {
+  return guarded(problem, [&]() -> std::string {
+    CallbackTNLP& model = *problem->model;
+    std::string error;
+    if (!is_sane_scaling(std::abs(obj_scaling))) {
+      return "obj_scaling = " + text_of(obj_scaling) + " is not of a size in [" +
+             text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
+    }
+    auto x = read_scaling(x_scaling, model.definition().n, "x_scaling", error);
+    auto g = read_scaling(g_scaling, model.definition().m, "g_scaling", error);
+    if (!error.empty()) return error;
+    model.objective_scaling = obj_scaling;
+    model.x_scaling = std::move(x);
+    model.g_scaling = std::move(g);
+    return {};
+  });
+}
+
+int IpminmaxSetBounds(IpminmaxProblem problem, const double* x_L, const double* x_U,
+                      const double* g_L, const double* g_U) {
+  return guarded(problem, [&]() -> std::string {
+    if (problem->solving) return "the problem is being solved: its bounds cannot change";
+    CallbackDefinition& d = problem->model->definition();
+    std::string error;
+    const auto read = [&](const double* values, const std::vector<double>& present,
+                          const char* name) {
+      return values == nullptr
+                 ? present
+                 : read_array(values, static_cast<Index>(present.size()), name, error);
+    };
+    auto x_lower = read(x_L, d.x_lower, "x_L"), x_upper = read(x_U, d.x_upper, "x_U");
+    auto g_lower = read(g_L, d.g_lower, "g_L"), g_upper = read(g_U, d.g_upper, "g_U");
+    if (!error.empty()) return error;
+    d.x_lower = std::move(x_lower);
+    d.x_upper = std::move(x_upper);
+    d.g_lower = std::move(g_lower);
+    d.g_upper = std::move(g_upper);
+    return {};
+  });
+}
+
+int IpminmaxSetRowsCallback(IpminmaxProblem problem, IpminmaxEval_Rows_CB eval_rows) {
+  return guarded(problem, [&]() -> std::string {
+    problem->model->rows = eval_rows;
+    return {};
+  });
+}
+
+int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
+                                    IpminmaxIntermediate_CB intermediate_cb) {
+  return guarded(problem, [&]() -> std::string {
+    problem->model->intermediate = intermediate_cb;
+    return {};
+  });
+}
+
+IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double* x, double* g, double* obj_val,
+                                   double* mult_g, double* mult_x_L, double* mult_x_U,
+                                   void* user_data) {
+  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
+                       Call::Solve);
+}
+
+IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double* x, double* g,
+                                        double* obj_val, double* mult_g, double* mult_x_L,
+                                        double* mult_x_U, void* user_data) {
+  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
+                       Call::Again);
+}
+
+IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double* x, double* g,
+                                            double* obj_val, double* mult_g, double* mult_x_L,
+                                            double* mult_x_U, void* user_data) {
+  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
+                       Call::OverRanks);
+}
+
+const char* IpminmaxStatusName(IpminmaxProblem problem) {
+  return problem != nullptr ? problem->status.c_str() : "";
+}
+
+const char* IpminmaxMessage(IpminmaxProblem problem) {
+  if (problem == nullptr) return message_without_problem();
+  return problem->fixed_message != nullptr ? problem->fixed_message : problem->message.c_str();
+}
+
+const char* IpminmaxVersion() { return IPMINMAX_VERSION; }

@@ -1,0 +1,182 @@
+#pragma once
+
+#include <cstddef>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "adapter/c/ipminmax.h"
+#include "adapter/ipopt/minmax_application.hpp"
+#include "adapter/ipopt/minmax_tnlp.hpp"
+#include "adapter/ipopt/optional_players.hpp"
+#include "core/sensitivity.hpp"
+
+// What the C interface's functions work with.
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+
+/// What IpminmaxCreate was given; arrays have n or m entries.
+struct CallbackDefinition {
+  Index n = 0, m = 0, nele_jac = 0, nele_hess = 0;
+  Ipopt::TNLP::IndexStyleEnum index_style = Ipopt::TNLP::C_STYLE;
+  std::vector<double> x_lower, x_upper, g_lower, g_upper;
+  std::vector<int> variable_players;
+  std::vector<int> constraint_players;  ///< m, or empty: implied
+  IpminmaxEval_F_CB eval_f = nullptr;
+  IpminmaxEval_G_CB eval_g = nullptr;
+  IpminmaxEval_Grad_F_CB eval_grad_f = nullptr;
+  IpminmaxEval_Jac_G_CB eval_jac_g = nullptr;
+  IpminmaxEval_H_CB eval_h = nullptr;
+};
+
+/// Primal and dual variables: n, m, n, n.
+struct PrimalDualPoint {
+  std::vector<double> x, lambda, z_lower, z_upper;
+};
+
+/// The C model as an Ipopt model.
+class CallbackTNLP : public MinMaxTNLP,
+                     public OptionalPlayers,
+                     public ModelOverBoxes,
+                     public ModelByRows {
+ public:
+  explicit CallbackTNLP(CallbackDefinition definition) : d_(std::move(definition)) {}
+
+  [[nodiscard]] const CallbackDefinition& definition() const { return d_; }
+  [[nodiscard]] CallbackDefinition& definition() { return d_; }
+
+  [[nodiscard]] const BoxFunctions* over_boxes() override { return boxes; }
+
+  const BoxFunctions* boxes = nullptr;  ///< the functions over boxes, where they are known
+  IpminmaxEval_Rows_CB rows = nullptr;
+  IpminmaxIntermediate_CB intermediate = nullptr;
+  bool needs_hessian = true;  ///< whether an eval_h must know its structure
+  double objective_scaling = 1.0;
+  std::vector<double> x_scaling, g_scaling;  ///< n and m, or empty: none
+  std::vector<std::string> variable_names;   ///< n, or empty: none
+  void* user_data = nullptr;
+  PrimalDualPoint start;   ///< multipliers may be empty unless the start is warm
+  PrimalDualPoint answer;  ///< of finalize_solution
+  std::vector<double> g;
+  double objective = 0.0;
+  bool finalized = false;  ///< whether the current solve has an answer
+
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                    IndexStyleEnum& index_style) override;
+  bool get_var_con_metadata(Index, StringMetaDataMapType& variable_strings, IntegerMetaDataMapType&,
+                            NumericMetaDataMapType&, Index, StringMetaDataMapType&,
+                            IntegerMetaDataMapType&, NumericMetaDataMapType&) override;
+  bool get_variable_players(Index, Player* players) override;
+  bool get_constraint_players(Index, Player* players) override;
+  bool get_bounds_info(Index, double* x_l, double* x_u, Index, double* g_l, double* g_u) override;
+  bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index,
+                              double* x_scaling_out, bool& use_g_scaling, Index,
+                              double* g_scaling_out) override;
+  bool get_starting_point(Index, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
+                          Index, bool init_lambda, double* lambda) override;
+  bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override;
+  bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override;
+  bool eval_g(Index n, const double* x, bool new_x, Index m, double* values) override;
+  bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* iRow,
+                  Index* jCol, double* values) override;
+  bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* which, Index m,
+                 double* values_g, Index nele_jac, double* values) override;
+  bool eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
+              const double* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
+              double* values) override;
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, double obj_value, double inf_pr,
+                             double inf_du, double mu, double d_norm, double regularization_size,
+                             double alpha_du, double alpha_pr, Index ls_trials,
+                             const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override;
+  bool maximization_callback(Index iter, double value) override;
+  void finalize_solution(Ipopt::SolverReturn, Index n, const double* x, const double* z_L,
+                         const double* z_U, Index m, const double* g_values, const double* lambda,
+                         double obj_value, const Ipopt::IpoptData*,
+                         Ipopt::IpoptCalculatedQuantities*) override;
+
+ private:
+  CallbackDefinition d_;
+};
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
+
+/// What an IpminmaxProblem points to.
+struct IpminmaxProblemInfo {
+  explicit IpminmaxProblemInfo(ipminmax::CallbackDefinition definition)
+      : model(new ipminmax::CallbackTNLP(std::move(definition))),
+        application(new ipminmax::MinMaxApplication) {}
+
+  Ipopt::SmartPtr<ipminmax::CallbackTNLP> model;
+  Ipopt::SmartPtr<ipminmax::MinMaxApplication> application;
+  bool solving = false;
+  bool answered = false;       ///< whether the last solve has an iterate to report
+  bool warm_for_once = false;  ///< warm_start_init_point is to be no again
+  std::string status;          ///< name of the last solve's status
+  ipminmax::Sensitivity sensitivity;
+  bool sensitivity_fits = false;                   ///< whether it is that of the last solve
+  std::vector<ipminmax::ActiveSetChange> changes;  ///< of the last prediction
+  std::string reasons;                             ///< of the last certificate asked for
+  std::vector<double> branches;                    ///< of the last worst case given out
+  std::string statement;                           ///< the last one given out
+  std::string message;
+  const char* fixed_message = nullptr;  ///< in place of message, where memory is short
+};
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+
+/// The message of the problem; without one, of calls without a problem.
+void say(IpminmaxProblemInfo* problem, std::string text) noexcept;
+/// The same without an allocation, so that it can report out of memory.
+void say_fixed(IpminmaxProblemInfo* problem, const char* text) noexcept;
+/// Of the last call without a problem.
+[[nodiscard]] const char* message_without_problem() noexcept;
+
+/// A function of the model may be called while this lives.
+class Solving {
+ public:
+  explicit Solving(IpminmaxProblemInfo& problem) : problem_(problem) { problem.solving = true; }
+  ~Solving() { problem_.solving = false; }
+  Solving(const Solving&) = delete;
+  Solving& operator=(const Solving&) = delete;
+
+ private:
+  IpminmaxProblemInfo& problem_;
+};
+
+/// Runs action, which returns an error or nothing; 1 when there is none. No exception leaves.
+template <class Action>
+int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
+  if (problem == nullptr) {
+    say_fixed(nullptr, "the problem is NULL");
+    return 0;
+  }
+  try {
+    std::string error = action();
+    if (error.empty()) return 1;
+    say(problem, std::move(error));
+  } catch (const std::bad_alloc&) {
+    say_fixed(problem, "out of memory");
+  } catch (...) {
+    say_fixed(problem, "internal error: unexpected exception");
+  }
+  return 0;
+}
+
+/// array[i], as messages name it.
+[[nodiscard]] std::string name_of_entry(const char* array, std::size_t i);
+/// Copies count entries; error names the array when it is missing or the entry that is NaN.
+[[nodiscard]] std::vector<double> read_array(const double* values, Index count, const char* name,
+                                             std::string& error);
+/// Whether second derivatives are asked of the model: a callback for them then has to answer.
+[[nodiscard]] bool asks_for_hessian(const IpminmaxProblemInfo& problem);
+
+/// As much of a structure as the caller's has, size bytes; what his has beyond is zero. Structures
+/// keep their first entries when they grow.
+void write_sized(const void* from, std::size_t known, void* to, std::size_t size);
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -1,0 +1,226 @@
+#include "adapter/control/find_price.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "core/model/forwarding_problem.hpp"
+#include "core/robust.hpp"
+#include "core/search/outcome.hpp"
+#include "core/solver.hpp"
+
+namespace ipminmax {
+namespace {
+
+void check(const PriceSearch& s) {
+  const auto need = [](bool condition, const char* what) {
+    if (!condition) throw std::invalid_argument(std::string("find_price: ") + what);
+  };
+  need(s.least > 0.0 && s.least <= s.from && s.from <= s.most && std::isfinite(s.most),
+       "0 < least <= from <= most");
+  need(s.ratio > 0.0 && s.ratio < 1.0, "ratio in (0, 1)");
+  need(s.tolerance > 0.0 && s.mu > 0.0, "tolerance and mu above 0");
+}
+
+class Continuation {
+ public:
+  Continuation(Problem& problem, const std::function<void(double)>& set_price,
+               const PriceSearch& search, const SolverOptions& options)
+      : problem_(problem),
+        from_(problem, nullptr),
+        set_price_(set_price),
+        search_(search),
+        cold_(options) {
+    cold_.minmax_max_restarts = 0;
+    warm_ = cold_;
+    warm_.warm_start_init_point = true;
+    warm_.mu_init = search.mu;
+    warm_.warm_start_bound_push = warm_.warm_start_bound_frac = search.mu;
+    warm_.warm_start_slack_bound_push = warm_.warm_start_slack_bound_frac = search.mu;
+    warm_.warm_start_mult_bound_push = search.mu;
+  }
+
+  PriceCurve run() {
+    double price = search_.from;
+    while (!certifies(price) && !stopped_ && price < search_.most)
+      price = std::min(price / search_.ratio, search_.most);
+    if (best_) descend(price);
+    return answer();
+  }
+
+ private:
+  void descend(double price) {
+    while (!stopped_ && price > search_.least) {
+      const double next = refused_ == 0.0 ? std::max(price * search_.ratio, search_.least)
+                                          : std::sqrt(price * refused_);
+      if (refused_ > 0.0 && price <= (1.0 + search_.tolerance) * refused_) break;
+      if (certifies(next))
+        price = next;
+      else
+        refused_ = next;
+    }
+  }
+
+  bool certifies(double price) {
+    set_price_(price);
+    PricePoint point{.price = price, .message = {}};
+    if (best_ && attempt(&*best_, warm_, point)) return true;
+    if (!stopped_ && attempt(nullptr, cold_, point)) return true;
+    curve_.points.push_back(std::move(point));
+    return false;
+  }
+  /// A solve, whose answer the point gets.
+  bool attempt(const Result* start, const SolverOptions& options, PricePoint& point) {
+    from_.set(start);
+    Result result = has_robust_constraints(problem_.structure())
+                        ? solve_robust(from_, start != nullptr ? cold_ : options).result
+                        : solver_.solve(from_, options);
+    point.certified =
+        is_success(result.status) && result.certificate.kind == PointKind::LocalMinmax;
+    point.status = result.status;
+    point.message = result.message;
+    point.iterations += result.iterations;
+    point.seconds += result.seconds;
+    stopped_ = stopped_ || stopped_from_outside(result.status) ||
+               result.status == Status::InvalidOption || result.status == Status::InvalidProblem;
+    if (!point.certified) return false;
+    point.value = result.objective;
+    curve_.least = point.price;
+    best_ = std::move(result);
+    curve_.points.push_back(point);
+    return true;
+  }
+
+  PriceCurve answer() {
+    std::ranges::stable_sort(curve_.points, std::greater<>(), &PricePoint::price);
+    curve_.refused = best_ ? refused_ : 0.0;
+    char text[200];
+    if (!best_) {
+      curve_.message = "no local minmax was certified at any price tried: " +
+                       (curve_.points.empty() ? std::string() : curve_.points.back().message);
+      return std::move(curve_);
+    }
+    set_price_(curve_.least);
+    if (stopped_) {
+      std::snprintf(text, sizeof text, "stopped; certified down to price %.6g so far",
+                    curve_.least);
+    } else if (refused_ > 0.0) {
+      std::snprintf(text, sizeof text,
+                    "certified down to price %.6g; at %.6g no local minmax was found from there",
+                    curve_.least, refused_);
+    } else {
+      std::snprintf(text, sizeof text,
+                    "certified down to %.6g, the least price tried: bounds, not the price, hold "
+                    "the disturbance back",
+                    curve_.least);
+    }
+    curve_.message = text;
+    curve_.result = std::move(*best_);
+    return std::move(curve_);
+  }
+
+  Problem& problem_;
+  AtResult from_;
+  const std::function<void(double)>& set_price_;
+  const PriceSearch& search_;
+  SolverOptions cold_, warm_;
+  RepeatedSolver solver_;
+  PriceCurve curve_;
+  std::optional<Result> best_;  ///< at the least certified price
+  double refused_ = 0.0;        ///< below it; 0: none
+  bool stopped_ = false;
+};
+
+std::string number(const char* format, double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+/// Where a share of a range lies in the picture.
+struct Axis {
+  double low = 0.0, high = 1.0, begin = 0.0, end = 1.0;
+  [[nodiscard]] double at(double value) const {
+    return begin + (end - begin) * (value - low) / (high - low);
+  }
+};
+
+Axis axis_of(std::vector<double> values, double begin, double end) {
+  if (values.empty()) values = {0.0};
+  const auto [low, high] = std::ranges::minmax(values);
+  const double margin = high > low ? 0.05 * (high - low) : std::max(0.5, 0.05 * std::abs(low));
+  return {low - margin, high + margin, begin, end};
+}
+
+}  // namespace
+
+PriceCurve find_price(Problem& problem, const std::function<void(double)>& set_price,
+                      const PriceSearch& search, const SolverOptions& options) {
+  check(search);
+  return Continuation(problem, set_price, search, options).run();
+}
+
+std::string PriceCurve::table() const {
+  std::string text = "price,value,certified,iterations,seconds,status\n";
+  for (const PricePoint& p : points) {
+    text += number("%.10g", p.price) + "," + (p.certified ? number("%.10g", p.value) : "") + "," +
+            (p.certified ? "1," : "0,") + std::to_string(p.iterations) + "," +
+            number("%.4g", p.seconds) + "," + std::string(name_of(p.status)) + "\n";
+  }
+  return text;
+}
+
+std::string PriceCurve::picture() const {
+  std::vector<double> prices, found;
+  for (const PricePoint& p : points) {
+    prices.push_back(std::log10(p.price));
+    if (p.certified) found.push_back(p.value);
+  }
+  const Axis x = axis_of(prices, 70.0, 570.0), y = axis_of(found, 300.0, 40.0);
+  const auto text = [](double at_x, double at_y, const std::string& words) {
+    return "<text x='" + number("%.1f", at_x) + "' y='" + number("%.1f", at_y) + "'>" + words +
+           "</text>\n";
+  };
+  std::string out =
+      "<svg xmlns='http://www.w3.org/2000/svg' width='600' height='360' "
+      "font-family='sans-serif' font-size='12' text-anchor='middle'>\n"
+      "<rect width='100%' height='100%' fill='white'/>\n"
+      "<rect x='70' y='40' width='500' height='260' fill='none' stroke='#888888'/>\n";
+  for (int tick = static_cast<int>(std::ceil(x.low)); tick <= x.high; ++tick) {
+    const std::string place = number("%.1f", x.at(tick));
+    out += "<path stroke='#dddddd' d='M" + place + " 40v260'/>\n" +
+           text(x.at(tick), 316.0, number("%.4g", std::pow(10.0, tick)));
+  }
+  for (const double share : {0.1, 0.5, 0.9}) {
+    const double value = y.low + share * (y.high - y.low);
+    out += "<path stroke='#dddddd' d='M70 " + number("%.1f", y.at(value)) + "h500'/>\n" +
+           text(36.0, y.at(value) + 4.0, number("%.4g", value));
+  }
+  std::string line, marks;
+  for (const PricePoint& p : points) {
+    const std::string place = number("%.1f", x.at(std::log10(p.price)));
+    if (p.certified) {
+      const std::string height = number("%.1f", y.at(p.value));
+      line += place + "," + height + " ";
+      marks += "<circle r='3' fill='#3050c0' cx='" + place + "' cy='" + height + "'/>\n";
+    } else {
+      marks += "<path stroke='#c03030' d='M" + place + " 286l8 8m-8 0l8 -8' />\n";
+    }
+  }
+  return out + "<polyline fill='none' stroke='#3050c0' points='" + line + "'/>\n" + marks +
+         text(320.0, 24.0, "value of the game; crosses: no local minmax found") +
+         text(320.0, 344.0, "price of the disturbance") + "</svg>\n";
+}
+
+void write_price_curve(const PriceCurve& curve, const std::string& file_name) {
+  std::ofstream file(file_name);
+  file << (file_name.ends_with(".svg") ? curve.picture() : curve.table());
+  if (!file.flush()) throw std::runtime_error("cannot write " + file_name);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,429 @@
+#include <IpJournalist.hpp>
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <istream>
+#include <iterator>
+#include <limits>
+#include <locale>
+#include <optional>
+#include <sstream>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/exact_options.hpp"
+#include "adapter/ipopt/ipopt_only_options.hpp"
+#include "adapter/ipopt/option_registry.hpp"
+#include "adapter/ipopt/spelling.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+using Integer = OptionInfo::Integer;
+using Number = OptionInfo::Number;
+using Flag = OptionInfo::Flag;
+using Choice = OptionInfo::Choice;
+using Name = OptionInfo::Name;
+
+// --- Options files -------------------------------------------------------------------------------
+
+struct Token {
+  std::string text;
+  int line = 1;
+};
+
+/// Splits an options file as Ipopt does, and counts lines.
+class Tokenizer {
+ public:
+  explicit Tokenizer(std::istream& input) : input_(input) {}
+
+  /// Empty at the end of the input or inside an open quotation, see unterminated().
+  [[nodiscard]] std::optional<Token> next() {
+    skip_blanks_and_comments();
+    if (peek() == kEnd) return std::nullopt;
+    Token token{{}, line_};
+    bool quoted = false;
+    if (peek() == '"') {
+      get();
+      quoted = true;
+    }
+    for (int c = peek(); c != kEnd && (quoted || std::isspace(c) == 0); c = peek()) {
+      get();
+      if (quoted && c == '"') return token;
+      token.text += static_cast<char>(c);
+    }
+    if (quoted) {
+      unterminated_ = token.line;
+      return std::nullopt;
+    }
+    return token;
+  }
+
+  /// Line at which a quotation began that never ended.
+  [[nodiscard]] std::optional<int> unterminated() const { return unterminated_; }
+
+ private:
+  static constexpr int kEnd = std::char_traits<char>::eof();
+
+  int peek() { return input_.good() ? input_.peek() : kEnd; }
+  int get() {
+    const int c = input_.get();
+    if (c == '\n') ++line_;
+    return c;
+  }
+  void skip_blanks_and_comments() {
+    for (int c = peek(); c != kEnd && (std::isspace(c) != 0 || c == '#'); c = peek()) {
+      if (c == '#') {
+        while (peek() != kEnd && peek() != '\n') get();
+      } else {
+        get();
+      }
+    }
+  }
+
+  std::istream& input_;
+  int line_ = 1;
+  std::optional<int> unterminated_;
+};
+
+/// The whole text as a number, whatever the locale; Fortran's exponent letter d is accepted, as in
+/// Ipopt. Infinite or zero beyond the range of double.
+std::optional<double> parse_number(std::string text) {
+  const auto exponent = [](char c) { return c == 'd' || c == 'D'; };
+  if (text.find_first_of("0123456789") != std::string::npos) {
+    std::replace_if(text.begin(), text.end(), exponent, 'e');
+  }
+  if (text.starts_with('+')) text.erase(0, 1);
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
+  if (error == std::errc::result_out_of_range && text.find("e-") == std::string::npos) {
+    return text.starts_with('-') ? -HUGE_VAL : HUGE_VAL;
+  }
+  return value;
+}
+
+std::optional<int> parse_integer(const std::string& text) {
+  const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
+  const char* end = text.data() + text.size();
+  int value = 0;
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+std::string interval_of(const Ipopt::RegisteredOption& option) {
+  const bool number = option.Type() == Ipopt::OT_Number;
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  if (!option.HasLower()) {
+    text << "(-inf";
+  } else if (number) {
+    text << (option.LowerStrict() ? '(' : '[') << option.LowerNumber();
+  } else {
+    text << '[' << option.LowerInteger();
+  }
+  text << ", ";
+  if (!option.HasUpper()) {
+    text << "inf)";
+  } else if (number) {
+    text << option.UpperNumber() << (option.UpperStrict() ? ')' : ']');
+  } else {
+    text << option.UpperInteger() << ']';
+  }
+  return text.str();
+}
+
+/// The option whose name is nearest, empty when none is near.
+std::string similar_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
+  std::string nearest;
+  std::size_t least = 1 + std::min<std::size_t>(3, (name.size() + 1) / 3);
+  constexpr std::size_t kLongest = 100;
+  if (name.size() > kLongest) return nearest;
+  for (const auto& [option, unused] : registry.RegisteredOptionsList()) {
+    if (const std::size_t distance = edit_distance(name, option); distance < least) {
+      least = distance;
+      nearest = option;
+    }
+  }
+  return nearest;
+}
+
+/// Whether name already has this value; setting it again would only warn.
+template <class Value, class Get>
+bool is_set_to(const Value& value, Get get) {
+  Value present{};
+  return get(present) && present == value;
+}
+
+}  // namespace
+
+std::string unknown_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
+  const std::string similar = similar_option(name, registry);
+  return "unknown option \"" + name + "\"" +
+         (similar.empty() ? "" : "; did you mean " + similar + "?");
+}
+
+std::string set_option(const std::string& name, const std::string& text,
+                       Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
+                       bool allow_clobber) {
+  const Ipopt::SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(name);
+  if (Ipopt::IsNull(option)) return unknown_option(name, registry);
+  const std::string setting = name + " = " + text;
+  bool done = false;
+  if (option->Type() == Ipopt::OT_Number) {
+    const auto value = parse_number(text);
+    if (!value) return setting + " is not a number";
+    // Ipopt's own check accepts NaN and infinity.
+    if (!std::isfinite(*value) || !option->IsValidNumberSetting(*value)) {
+      return setting + " is not in " + interval_of(*option);
+    }
+    done = is_set_to(*value, [&](double& v) { return list.GetNumericValue(name, v, ""); }) ||
+           list.SetNumericValue(name, *value, allow_clobber);
+  } else if (option->Type() == Ipopt::OT_Integer) {
+    const auto value = parse_integer(text);
+    if (!value) return setting + " is not an integer";
+    if (!option->IsValidIntegerSetting(*value)) {
+      return setting + " is not in " + interval_of(*option);
+    }
+    done = is_set_to(*value, [&](Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
+           list.SetIntegerValue(name, *value, allow_clobber);
+  } else {
+    if (!option->IsValidStringSetting(text)) {
+      const auto others = ipopt_only_linear_solvers();  // accepted, but not worth proposing
+      std::string error = setting + " is not one of:";
+      for (const auto& entry : option->GetValidStrings()) {
+        if (name != "linear_solver" || std::ranges::find(others, entry.value_) == others.end()) {
+          error += " " + entry.value_;
+        }
+      }
+      return error;
+    }
+    done = is_set_to(text, [&](std::string& v) { return list.GetStringValue(name, v, ""); }) ||
+           list.SetStringValue(name, text, allow_clobber);
+  }
+  return done ? std::string() : setting + " was refused";
+}
+
+namespace {
+
+// --- Typed values --------------------------------------------------------------------------------
+
+void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverOptions& options) {
+  const std::string name(info.name);
+  if (const auto* number = std::get_if<Number>(&info.kind)) {
+    double value = 0.0;
+    if (list.GetNumericValue(name, value, "")) options.*(number->member) = value;
+  } else if (const auto* integer = std::get_if<Integer>(&info.kind)) {
+    Index value = 0;
+    if (list.GetIntegerValue(name, value, "")) options.*(integer->member) = value;
+  } else if (const auto* flag = std::get_if<Flag>(&info.kind)) {
+    bool value = false;
+    if (list.GetBoolValue(name, value, "")) options.*(flag->member) = value;
+  } else if (const auto* choice = std::get_if<Choice>(&info.kind)) {
+    Index value = 0;
+    const bool is_set = list.GetEnumValue(name, value, "");
+    const auto i = static_cast<std::size_t>(value);
+    if (is_set && i < choice->names.size()) choice->set(options, i);  // others: Ipopt's solvers
+  }
+}
+
+/// They are accepted and mean auto.
+void add_ipopt_only_linear_solvers(OptionInfo& info) {
+  auto& choice = std::get<Choice>(info.kind);
+  const auto others = ipopt_only_linear_solvers();
+  choice.names.insert(choice.names.end(), others.begin(), others.end());
+  choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
+}
+
+void register_row(Ipopt::RegisteredOptions& registry, OptionInfo info) {
+  if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
+  register_option(registry, info);
+}
+
+}  // namespace
+
+std::array<std::span<const OptionInfo>, 3> option_tables() {
+  return {option_table(), application_option_table(), ipopt_only_options()};
+}
+
+void register_options(Ipopt::RegisteredOptions& registry) {
+  for (const auto table : option_tables()) {
+    for (const OptionInfo& info : table) register_row(registry, info);
+  }
+}
+
+Ipopt::SmartPtr<const Ipopt::RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
+  const auto known = RegisteredOptions::GetOption(name);
+  if (Ipopt::IsValid(known)) return known;
+  const std::string own = name.substr(name.rfind('.') + 1);  // a prefix ends with a dot
+  for (const auto table : option_tables()) {
+    const auto found = std::ranges::find(table, own, &OptionInfo::name);
+    if (found == table.end()) continue;
+    register_row(*this, *found);
+    break;
+  }
+  return RegisteredOptions::GetOption(name);
+}
+
+const OptionRegistry::RegOptionsList& OptionRegistry::RegisteredOptionsList() const {
+  for (const auto table : option_tables()) {
+    for (const OptionInfo& info : table)
+      static_cast<void>(const_cast<OptionRegistry*>(this)->GetOption(std::string(info.name)));
+  }
+  return RegisteredOptions::RegisteredOptionsList();
+}
+
+namespace {
+
+using Rows = std::vector<OptionInfo>;
+
+Rows output_rows() {
+  const std::string_view category = "Output";
+  constexpr int kLastLevel = Ipopt::J_LAST_LEVEL - 1;
+  constexpr int kMost = std::numeric_limits<int>::max();
+  return {
+      {"print_level", category,
+       "Verbosity of the console: 0 nothing, 1 errors, 2 options without effect, 3 summary, 4 also "
+       "problem statistics and warnings, 5 also one line per iteration.",
+       Integer{nullptr, 0, kLastLevel, Ipopt::J_ITERSUMMARY}},
+      {"minmax_points_file", category,
+       "File for the distinct certified points of a multistart, comma-separated: rank, value, "
+       "found (starts that ended there), first start, margin, status, variables; empty: none.",
+       Name{""}},
+      {"output_file", category, "Name of an output file; empty: none.", Name{""}},
+      {"file_append", category,
+       "Whether output is appended to existing files instead of replacing them.",
+       Flag{nullptr, false}},
+      {"file_print_level", category,
+       "Verbosity of the output file. If it is not set, "
+       "print_level applies.",
+       Integer{nullptr, 0, kLastLevel, Ipopt::J_ITERSUMMARY}},
+      {"print_frequency_iter", category,
+       "An iteration is printed if its number is a multiple of this.",
+       Integer{nullptr, 1, kMost, 1}},
+      {"print_frequency_time", category,
+       "An iteration is printed only if this many seconds have passed since the last printed one.",
+       Number{nullptr, 0.0, kInfinity, false, true, 0.0}},
+      {"print_info_string", category,
+       "Whether the number of factorizations of K and of K_yy ends each iteration's line.",
+       Flag{nullptr, false}},
+      {"print_ipopt_log", category,
+       "Whether iterations and final errors are printed as Ipopt prints them, for programs that "
+       "read its log; the default with the executable's -AMPL.",
+       Flag{nullptr, false}},
+      {"print_user_options", category, "Whether the options that were set are printed.",
+       Flag{nullptr, false}},
+      {"print_options_documentation", category, "Whether all options are listed.",
+       Flag{nullptr, false}},
+      {"print_timing_statistics", category, "Whether the time of each stage is printed.",
+       Flag{nullptr, false}},
+      {"sb", category, "Whether the banner is suppressed.", Flag{nullptr, false}},
+  };
+}
+
+Rows player_rows() {
+  const std::string_view category = "Players";
+  return {
+      {"minmax_max_variables", category,
+       "Variables of Max, for example \"3 5-9 wind\": indices from 0, ranges, names that the "
+       "model gives (idx_names). wind also names wind[1], wind[2], ... It is an error if the "
+       "model itself assigns players differently.",
+       Name{""}},
+      {"minmax_max_constraints", category,
+       "Constraints given to Max although they read no variable of Max, listed in the "
+       "same way.",
+       Name{""}},
+      {"minmax_min_constraints", category,
+       "Constraints given to Min although they read a variable of Max, listed in the same way. "
+       "They must hold for every value of these variables (robust constraints).",
+       Name{""}},
+  };
+}
+
+Rows other_rows() {
+  const std::string_view category = "Miscellaneous";
+  return {
+      {"minmax_as_printed", category,
+       "Whether Algorithm 1 is used as printed in the paper. This changes "
+       "minmax_globalization and a dozen more options that are not set (as_printed in "
+       "core/options.hpp).",
+       Flag{nullptr, false}},
+      {"hsllib", "Linear Solver",
+       "Library of linear_solver ma57 or ma97, loaded at run time. If it is not set and "
+       "libhsl.so is not found, auto is used.",
+       Name{"libhsl.so"}},
+      {"pardisolib", "Linear Solver",
+       "Library of linear_solver pardiso or pardisomkl, loaded at run time in the "
+       "same way. If it is not set, pardisomkl takes libmkl_rt.so.",
+       Name{"libpardiso.so"}},
+      {"minmax_spral_library", "Linear Solver",
+       "Library of linear_solver spral, loaded at run time in the same way. SPRAL "
+       "needs OMP_CANCELLATION=TRUE in the environment.",
+       Name{"libspral.so"}},
+      {"option_file_name", category, "Name of the options file; empty: none.",
+       Name{"ipminmax.opt"}},
+  };
+}
+
+}  // namespace
+
+const std::vector<OptionInfo>& application_option_table() {
+  static const Rows table = [] {
+    Rows all = output_rows();
+    for (const auto rows : {player_rows, other_rows})
+      std::ranges::move(rows(), std::back_inserter(all));
+    return all;
+  }();
+  return table;
+}
+
+std::string read_options(std::istream& input, const std::string& source,
+                         Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
+                         bool allow_clobber) {
+  Tokenizer tokens(input);
+  const auto error_at = [&](int line, const std::string& text) {
+    return source + ", line " + std::to_string(line) + ": " + text;
+  };
+  while (const auto name = tokens.next()) {
+    const auto value = tokens.next();
+    if (tokens.unterminated()) break;
+    if (!value) return error_at(name->line, "option \"" + name->text + "\" has no value");
+    if (auto error = set_option(name->text, value->text, registry, list, allow_clobber);
+        !error.empty()) {
+      return error_at(name->line, error);
+    }
+  }
+  if (input.bad()) return source + " cannot be read";  // a folder, for one
+  if (tokens.unterminated()) return error_at(*tokens.unterminated(), "a quotation never ends");
+  return {};
+}
+
+std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options) {
+  try {
+    const MayBeSet may_be_set(list);
+    bool as_printed_asked = false;
+    if (may_be_set("minmax_as_printed") &&
+        list.GetBoolValue("minmax_as_printed", as_printed_asked, "") && as_printed_asked) {
+      options = as_printed(options);
+    }
+    for (const OptionInfo& info : option_table()) {
+      if (!may_be_set(info.name)) continue;
+      copy_option(info, list, options);
+    }
+  } catch (const Ipopt::OPTION_INVALID& error) {
+    return error.Message();
+  }
+  if (auto error = refused_ipopt_option(list); !error.empty()) return error;
+  return check(options);
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -1,0 +1,591 @@
+#include <IpJournalist.hpp>
+#include <IpOptionsList.hpp>
+#include <IpRegOptions.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <random>
+#include <sstream>
+#include <stdexcept>
+
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/cross_check.hpp"
+#include "adapter/ipopt/status.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
+#include "core/model/compare.hpp"
+#include "core/model/forwarding_problem.hpp"
+#include "core/solver.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+/// Error over tol up to which Ipopt's point is put to the second-order test.
+constexpr double kTestableError = 100.0;
+/// Violation up to which a point counts as feasible, over the range of the constraint's values.
+constexpr double kFeasible = 1e-8;
+/// Range of f, times this, of which gain_tolerance is at most.
+constexpr double kOfRange = 100.0;
+
+/// The same functions with other bounds, another start or the negative objective.
+class ProblemView final : public Restructured {
+ public:
+  using Restructured::Restructured;
+  void negate_objective() { sign_ = -1.0; }
+  void start_from(std::vector<double> v) { start_.v = std::move(v); }
+  /// Signs of Result.
+  void start_from(const IpoptAnswer& answer) { start_ = answer; }
+
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    if (start_.v.empty()) return Restructured::starting_point(start);
+    std::ranges::copy(start_.v, start.v.begin());
+    if (start.needs_multipliers) {
+      std::ranges::copy(start_.lambda, start.lambda.begin());
+      std::ranges::copy(start_.z_lower, start.z_lower.begin());
+      std::ranges::copy(start_.z_upper, start.z_upper.begin());
+    }
+    return true;
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
+    const bool ok = Restructured::objective(v, new_v, f);
+    f *= sign_;
+    return ok;
+  }
+  [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
+                              std::span<double> grad) override {
+    const bool ok = Restructured::gradient(v, new_v, grad);
+    for (double& slope : grad) slope *= sign_;
+    return ok;
+  }
+  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
+                                    std::span<const double> lambda,
+                                    std::span<double> row_errors) override {
+    return Restructured::hessian_errors(v, sign_ * sigma, lambda, row_errors);
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
+                             std::span<const double> lambda, bool new_lambda,
+                             std::span<double> values) override {
+    return Restructured::hessian(v, new_v, sign_ * sigma, lambda, new_lambda, values);
+  }
+
+ private:
+  IpoptAnswer start_;
+  double sign_ = 1.0;
+};
+
+// --- Options
+// --------------------------------------------------------------------------------------
+
+/// As in an options file.
+std::string text_of(const OptionSetting& setting) {
+  return setting.first + " \"" + setting.second + "\"\n";
+}
+
+/// Row of the option table, null when the solver has no such option.
+const OptionInfo* find_option(std::string_view name) {
+  const auto table = option_table();
+  const auto found = std::ranges::find(table, name, &OptionInfo::name);
+  return found == table.end() ? nullptr : &*found;
+}
+
+/// What the settings say about players, taken out of them.
+PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
+  PlayerOptions players;
+  std::erase_if(settings, [&](const OptionSetting& setting) {
+    auto* to = setting.first == "minmax_max_variables"     ? &players.max_variables
+               : setting.first == "minmax_max_constraints" ? &players.max_constraints
+               : setting.first == "minmax_min_constraints" ? &players.min_constraints
+                                                           : nullptr;
+    if (to != nullptr) *to = setting.second;
+    return to != nullptr;
+  });
+  return players;
+}
+
+std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& options) {
+  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
+  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, silent);
+  std::string text;
+  for (const OptionSetting& setting : settings.options) {
+    if (Ipopt::IsValid(registry->GetOption(setting.first)) &&
+        find_option(setting.first) == nullptr) {
+      return "option \"" + setting.first + "\" has no effect in a cross check";
+    }
+    text += text_of(setting);
+  }
+  std::istringstream input(text);
+  if (auto error = read_options(input, "options", *registry, *list); !error.empty()) return error;
+  return solver_options(*list, options);
+}
+
+Ipopt::SmartPtr<Ipopt::RegisteredOptions> ipopt_registry() {
+  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
+  return registry;
+}
+
+/// The settings that Ipopt gets, as an options file. inner: for the maximizations over y, which
+/// choose start, bounds and barrier themselves.
+std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
+  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = ipopt_registry();
+  std::string text;
+  for (const OptionSetting& setting : settings.options) {
+    const std::string& name = setting.first;
+    const OptionInfo* info = find_option(name);
+    const bool shared = info != nullptr && !name.starts_with("minmax_") &&
+                        name != "linear_solver" && Ipopt::IsValid(registry->GetOption(name));
+    const bool ours =
+        inner && shared &&
+        (info->category == "Initialization" || info->category == "Barrier Parameter" ||
+         name == "bound_relax_factor" || name == "fixed_variable_treatment");
+    if (shared && !ours) text += text_of(setting);
+  }
+  for (const OptionSetting& setting : settings.ipopt_options) text += text_of(setting);
+  return text;
+}
+
+void set_from_text(Ipopt::OptionsList& list, const std::string& text) {
+  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  std::istringstream input(text);
+  list.ReadFromStream(*silent, input);
+}
+
+/// What Ipopt says against the settings, empty when nothing.
+std::string check_ipopt_options(const std::string& text) {
+  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(ipopt_registry(), silent);
+  try {
+    set_from_text(*list, text);
+  } catch (const Ipopt::IpoptException& error) {
+    return "Ipopt: " + error.Message();
+  }
+  return {};
+}
+
+// --- Two answers to one problem
+// -------------------------------------------------------------------
+
+double largest(const std::vector<double>& values) {
+  double size = 1.0;
+  for (const double value : values) size = std::max(size, std::abs(value));
+  return size;
+}
+
+/// max |a - b| / max(1, largest |b|) over the entries that count.
+template <class Counts>
+double relative_difference(const std::vector<double>& a, const std::vector<double>& b,
+                           Counts counts) {
+  double difference = 0.0;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+    if (counts(i)) difference = std::max(difference, std::abs(a[i] - b[i]));
+  }
+  return difference / largest(b);
+}
+
+AnswerDifference difference_of(const ProblemStructure& structure, const Result& ours,
+                               const IpoptAnswer& ipopt) {
+  const auto all = [](std::size_t) { return true; };
+  const auto free = [&](std::size_t i) {
+    return structure.variable_lower[i] != structure.variable_upper[i];
+  };
+  return {
+      .objective = (ours.objective - ipopt.objective) / std::max(1.0, std::abs(ipopt.objective)),
+      .point = relative_difference(ours.v, ipopt.v, all),
+      .lambda = relative_difference(ours.lambda, ipopt.lambda, all),
+      .z_lower = relative_difference(ours.z_lower, ipopt.z_lower, free),
+      .z_upper = relative_difference(ours.z_upper, ipopt.z_upper, free)};
+}
+
+/// Ipopt's maximum, as the minimum of -f: grad(-f) + J'l - z_L + z_U = 0.
+void negate(IpoptAnswer& answer) {
+  answer.objective = -answer.objective;
+  for (auto* multipliers : {&answer.lambda, &answer.z_lower, &answer.z_upper}) {
+    for (double& value : *multipliers) value = -value;
+  }
+}
+
+/// This solver's second-order test at Ipopt's point: a warm start without an iteration.
+Certificate certify(Problem& problem, const IpoptAnswer& answer, SolverOptions options) {
+  ProblemView view(problem);
+  view.start_from(answer);
+  constexpr double kTiny = std::numeric_limits<double>::min();
+  options.warm_start_init_point = true;
+  options.warm_start_bound_push = options.warm_start_bound_frac = kTiny;
+  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = kTiny;
+  options.warm_start_mult_bound_push = kTiny;
+  options.warm_start_mult_init_max = 1e20;
+  options.mu_init = kTiny;  // raised to the final barrier parameter
+  options.max_iter = 0;
+  options.acceptable_tol = kTestableError * options.tol;
+  options.acceptable_iter = 1;
+  return solve(view, options).certificate;
+}
+
+bool succeeded(const IpoptAnswer& answer) {
+  return answer.solved() || answer.status == Ipopt::Solved_To_Acceptable_Level;
+}
+
+CrossCheckVerdict compare(const CrossCheck& check, const CrossCheckSettings& settings,
+                          bool maximization) {
+  using enum CrossCheckVerdict;
+  if (succeeded(check.ipopt) && check.ipopt_certificate.second_order == SecondOrder::Violated) {
+    return IpoptRefuted;
+  }
+  const bool ours_solved = is_success(check.ours.status);
+  const bool ipopt_solved = succeeded(check.ipopt);
+  if (!ours_solved || !ipopt_solved) {
+    return ours_solved ? OnlyOursSolved : ipopt_solved ? OnlyIpoptSolved : NeitherSolved;
+  }
+  const double better = maximization ? check.difference.objective : -check.difference.objective;
+  if (better > settings.tolerance) return OursBetter;
+  if (better < -settings.tolerance) return IpoptBetter;
+  return check.difference.point <= settings.point_tolerance ? SameSolution : SameObjective;
+}
+
+// --- The maximizer at fixed x
+// ---------------------------------------------------------------------
+
+/// Ipopt's maximizations over y at fixed x.
+class InnerMaximization {
+ public:
+  InnerMaximization(Problem& problem, const std::vector<double>& v,
+                    const CrossCheckSettings& settings)
+      : problem_(problem),
+        v_(v),
+        settings_(settings),
+        ipopt_options_(ipopt_options_text(settings, true)),
+        start_(v.size(), 0.0),
+        g_(problem.structure().constraint_lower.size()),
+        row_ranges_(g_.size()) {
+    StartingPoint request{start_, false, {}, {}, {}};
+    if (!problem.starting_point(request)) std::ranges::fill(start_, 0.0);
+    const ProblemStructure& s = problem.structure();
+    const auto is_free = [&](std::size_t i) {
+      return s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i];
+    };
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (is_free(i)) free_.push_back(i);
+    }
+    depends_on_y_.assign(s.constraint_lower.size(), false);
+    for (const auto& [row, col] : s.jacobian) {
+      if (is_free(at(col))) depends_on_y_[at(row)] = true;
+    }
+  }
+
+  [[nodiscard]] InnerMaximumCheck run() {
+    InnerMaximumCheck check;
+    if (!problem_.objective(v_, true, check.objective) || !std::isfinite(check.objective)) {
+      throw std::runtime_error("the objective is undefined at the point whose y is checked");
+    }
+    check.best_near = check.best_far = check.objective;
+    if (free_.empty()) return check;
+    std::mt19937 random(settings_.seed);
+    std::vector<std::vector<double>> starts;
+    for (int k = 0; k < settings_.near_starts + settings_.far_starts; ++k) {
+      starts.push_back(start(random, k == 0                      ? 0.0
+                                     : k < settings_.near_starts ? settings_.radius
+                                                                 : 1.0));
+      see(starts.back());
+    }
+    see(v_);
+    see(start_);  // f may be flat in y at the answer's x
+    allowed_violation_ = std::max(violation(v_), 1.0);
+    // Both solvers are accurate to tol in the units of f, unless f hardly varies in these.
+    const double size =
+        std::min(std::max(1.0, std::abs(check.objective)), kOfRange * range_.size());
+    for (int k = 0; k < settings_.near_starts + settings_.far_starts; ++k) {
+      const bool near = k < settings_.near_starts;
+      const double tol = near ? settings_.gain_tolerance : settings_.tolerance;
+      maximize(starts[at(k)], near, check,
+               check.objective + std::max(tol * size, range_.resolution(0.0)));
+    }
+    return check;
+  }
+
+ private:
+  [[nodiscard]] double reach(std::size_t i) const {
+    const ProblemStructure& s = problem_.structure();
+    return length_of(v_[i], start_[i], s.variable_lower[i], s.variable_upper[i]);
+  }
+
+  /// Takes the values at a point into the ranges; the constraints' stay in g_.
+  void see(const std::vector<double>& v) {
+    double f = 0.0;
+    if (problem_.objective(v, true, f)) range_.see(f);
+    if (g_.empty() || !problem_.constraints(v, true, g_)) return;
+    for (std::size_t j = 0; j < g_.size(); ++j) row_ranges_[j].see(g_[j]);
+  }
+
+  /// v with y moved by up to radius times its lengths within its bounds.
+  [[nodiscard]] std::vector<double> start(std::mt19937& random, double radius) const {
+    const ProblemStructure& s = problem_.structure();
+    std::vector<double> v = v_;
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    for (const std::size_t i : free_) {
+      v[i] = std::clamp(v[i] + radius * reach(i) * unit(random), s.variable_lower[i],
+                        s.variable_upper[i]);
+    }
+    return v;
+  }
+
+  /// Largest violation of a constraint that depends on y, over the smallest that counts.
+  [[nodiscard]] double violation(const std::vector<double>& v) {
+    const ProblemStructure& s = problem_.structure();
+    if (g_.empty()) return 0.0;
+    if (!problem_.constraints(v, true, g_)) return kInfinity;
+    double worst = 0.0;
+    for (std::size_t j = 0; j < g_.size(); ++j) {
+      const double excess = std::max(s.constraint_lower[j] - g_[j], g_[j] - s.constraint_upper[j]);
+      if (depends_on_y_[j] && excess > 0.0)
+        worst = std::max(worst, excess / row_ranges_[j].resolution(kFeasible));
+    }
+    return worst;
+  }
+
+  /// One maximization; keeps its point when it is feasible and better than all before and than
+  /// the threshold.
+  void maximize(std::vector<double> from, bool near, InnerMaximumCheck& check, double threshold) {
+    ProblemView view(problem_);
+    view.negate_objective();
+    ProblemStructure& s = view.changed;
+    s.variable_lower = s.variable_upper = v_;
+    for (const std::size_t i : free_) {
+      const double r = near ? settings_.radius * reach(i) : kInfinity;
+      s.variable_lower[i] = std::max(problem_.structure().variable_lower[i], v_[i] - r);
+      s.variable_upper[i] = std::min(problem_.structure().variable_upper[i], v_[i] + r);
+    }
+    for (std::size_t j = 0; j < depends_on_y_.size(); ++j) {
+      if (depends_on_y_[j]) continue;
+      s.constraint_lower[j] = -kInfinity;
+      s.constraint_upper[j] = kInfinity;
+    }
+    view.start_from(std::move(from));
+    IpoptAnswer answer = solve_with_ipopt(view, [&](Ipopt::OptionsList& list) {
+      list.SetIntegerValue("max_iter", 300);
+      list.SetNumericValue("bound_relax_factor", 0.0);
+      // A larger barrier would hold y in the middle of its box, which is y*.
+      if (near) list.SetNumericValue("mu_init", 1e-8);
+      set_from_text(list, ipopt_options_);
+    });
+    if (near) {
+      ++check.near_runs;
+      check.near_solved += succeeded(answer);
+    }
+    if (answer.v.empty()) return;
+    negate(answer);
+    double& best = near ? check.best_near : check.best_far;
+    if (!(answer.objective > std::max(best, threshold))) return;
+    if (!(violation(answer.v) <= allowed_violation_)) return;
+    best = answer.objective;
+    (near ? check.improved_near : check.improved_far) = true;
+    (near ? check.v_near : check.v_far) = answer.v;
+  }
+
+  Problem& problem_;
+  const std::vector<double>& v_;
+  const CrossCheckSettings& settings_;
+  std::string ipopt_options_;
+  std::vector<std::size_t> free_;  ///< Max variables that are not fixed
+  std::vector<bool> depends_on_y_;
+  std::vector<double> start_, g_;
+  ValueRange range_;                    ///< of f at all starts and the problem's
+  std::vector<ValueRange> row_ranges_;  ///< of constraints there
+  double allowed_violation_ = 1.0;
+};
+
+// --- Report
+// ---------------------------------------------------------------------------------------
+
+template <class... Arguments>
+std::string format(const char* pattern, Arguments... arguments) {
+  std::array<char, 256> line{};
+  std::snprintf(line.data(), line.size(), pattern, arguments...);
+  return line.data();
+}
+
+std::string comparison_report(const CrossCheck& check) {
+  const Result& ours = check.ours;
+  const IpoptAnswer& ipopt = check.ipopt;
+  std::string text = format("%-24s %24s %24s\n", "", "Ipminmax", "Ipopt");
+  const auto row = [&](const char* label, std::string_view a, std::string_view b) {
+    text += format("%-24s %24s %24s\n", label, std::string(a).c_str(), std::string(b).c_str());
+  };
+  row("Status", name_of(ours.status), name_of(ipopt.status));
+  row("Second-order test", name_of(ours.certificate.second_order),
+      name_of(check.ipopt_certificate.second_order));
+  text += format("%-24s %24.16e %24.16e\n", "Objective", ours.objective, ipopt.objective);
+  const auto count = [&](const char* label, double a, double b) {
+    text += format("%-24s %24.10g %24.10g\n", label, a, b);
+  };
+  count("Iterations", ours.iterations, ipopt.iterations);
+  count("Evaluations: objective", ours.counts.objective, ipopt.counts.objective);
+  count("             gradient", ours.counts.gradient, ipopt.counts.gradient);
+  count("             constraints", ours.counts.constraints, ipopt.counts.constraints);
+  count("             Jacobian", ours.counts.jacobian, ipopt.counts.jacobian);
+  count("             Hessian", ours.counts.hessian, ipopt.counts.hessian);
+  count("Factorizations", ours.factorizations, ipopt.counts.factorizations_full);
+  text += format("%-24s %24.3f %24.3f\n", "Seconds", ours.seconds, ipopt.seconds);
+  if (!ours.v.empty() && !ipopt.v.empty()) {
+    const AnswerDifference& d = check.difference;
+    text += format(
+        "Relative differences: objective %.2e, point %.2e, lambda %.2e, z_L %.2e, z_U %.2e\n",
+        d.objective, d.point, d.lambda, d.z_lower, d.z_upper);
+  }
+  return text;
+}
+
+std::string minmax_report(const CrossCheck& check) {
+  const InnerMaximumCheck& inner = check.inner;
+  std::string text =
+      "Status of Ipminmax...........: " + std::string(name_of(check.ours.status)) + "\n";
+  text += "Second-order test............: ";
+  text += std::string(name_of(check.ours.certificate.second_order)) + "\n";
+  text += format("Objective f(x*, y*)..........: %24.16e\n", inner.objective);
+  text += format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
+                 inner.near_solved);
+  text += format("Largest f near y*............: %24.16e%s\n", inner.best_near,
+                 inner.improved_near ? "  (better)" : "");
+  text += format("Largest f found elsewhere....: %24.16e%s\n", inner.best_far,
+                 inner.improved_far ? "  (better: y* is not the global maximum)" : "");
+  return text;
+}
+
+/// In the order of CrossCheckVerdict.
+struct VerdictText {
+  std::string_view name, words;
+};
+constexpr std::array kVerdicts{
+    VerdictText{"not compared", "nothing to compare"},
+    VerdictText{"same solution", "both solvers find the same solution"},
+    VerdictText{"same objective", "both solvers find the same objective, at different points"},
+    VerdictText{"Ipminmax better", "both solvers succeed, Ipminmax with the better objective"},
+    VerdictText{"Ipopt better", "both solvers succeed, Ipopt with the better objective"},
+    VerdictText{"only Ipminmax solved", "only Ipminmax succeeds"},
+    VerdictText{"only Ipopt solved", "only Ipopt succeeds"},
+    VerdictText{"neither solved", "neither solver succeeds"},
+    VerdictText{"Ipopt refuted",
+                "Ipopt reports success at a point that the second-order test refutes"},
+    VerdictText{
+        "maximum confirmed",
+        "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)"},
+    VerdictText{"maximum refuted",
+                "Ipopt finds a better y near y*: the point is not a local minmax"},
+};
+VerdictText text_of(CrossCheckVerdict verdict) {
+  const auto at = static_cast<std::size_t>(verdict);
+  return at < kVerdicts.size() ? kVerdicts[at] : VerdictText{"unknown", "unknown"};
+}
+
+Index count_of(const std::vector<Player>& players, Player player) {
+  return static_cast<Index>(std::ranges::count(players, player));
+}
+
+}  // namespace
+
+std::string_view name_of(CrossCheckVerdict verdict) { return text_of(verdict).name; }
+
+std::string CrossCheck::report() const {
+  const char* kind = min_variables == variables ? "minimization"
+                     : min_variables == 0       ? "maximization"
+                                                : "minmax problem";
+  std::string text = format("Cross check with Ipopt: %s, %d variables (%d Min), %d constraints\n",
+                            kind, variables, min_variables, constraints);
+  if (verdict == CrossCheckVerdict::NotCompared) {
+    return text + "Not compared: " + message + "\n";
+  }
+  const bool minmax = verdict == CrossCheckVerdict::MaximumConfirmed ||
+                      verdict == CrossCheckVerdict::MaximumRefuted;
+  text += minmax ? minmax_report(*this) : comparison_report(*this);
+  return text + "Verdict: " + std::string(text_of(verdict).words) + ".\n";
+}
+
+CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& settings) {
+  CrossCheck check;
+  const ProblemStructure& structure = problem.structure();
+  check.variables = static_cast<Index>(structure.variable_players.size());
+  check.min_variables = count_of(structure.variable_players, Player::Min);
+  check.constraints = static_cast<Index>(structure.constraint_players.size());
+  SolverOptions options;
+  check.message = read_own_options(settings, options);
+  const std::string ipopt_options = ipopt_options_text(settings, false);
+  if (check.message.empty()) check.message = check_ipopt_options(ipopt_options);
+  if (!check.message.empty()) {
+    check.ours.status = Status::InvalidOption;
+    check.ours.message = check.message;
+    return check;
+  }
+
+  check.ours = solve(problem, options);
+  if (!has_iterate(check.ours.status)) {  // Ipopt does not check what it would be given
+    check.message = check.ours.message;
+    return check;
+  }
+  if (check.min_variables != 0 && check.min_variables != check.variables) {
+    if (check.ours.v.empty() || !std::isfinite(check.ours.objective)) {
+      check.message = "no point was found: " + check.ours.message;
+      return check;
+    }
+    check.inner = InnerMaximization(problem, check.ours.v, settings).run();
+    if (!check.inner.improved_near && check.inner.near_runs > 0 && check.inner.near_solved == 0) {
+      check.message = "Ipopt solved none of its maximizations near y*";
+      return check;
+    }
+    check.verdict = check.inner.improved_near ? CrossCheckVerdict::MaximumRefuted
+                                              : CrossCheckVerdict::MaximumConfirmed;
+    return check;
+  }
+
+  const bool maximization = check.variables > 0 && check.min_variables == 0;
+  ProblemView view(problem);
+  if (maximization) view.negate_objective();
+  check.ipopt = solve_with_ipopt(view, [&](Ipopt::OptionsList& list) {
+    list.SetStringValue("honor_original_bounds", "no");  // as here; Ipopt 3.11 projects otherwise
+    set_from_text(list, ipopt_options);
+  });
+  if (maximization) negate(check.ipopt);
+  if (!check.ipopt.v.empty()) {
+    check.ipopt_certificate = certify(problem, check.ipopt, options);
+    if (!check.ours.v.empty()) check.difference = difference_of(structure, check.ours, check.ipopt);
+  }
+  check.verdict = compare(check, settings, maximization);
+  return check;
+}
+
+CrossCheck cross_check_with_ipopt(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
+                                  const CrossCheckSettings& settings) {
+  CrossCheck check;
+  check.ours.status = Status::InvalidProblem;
+  if (Ipopt::IsNull(model)) {
+    check.message = check.ours.message = "the model is null";
+    return check;
+  }
+  CrossCheckSettings others = settings;
+  TnlpProblem problem(model, take_player_options(others.options));
+  if (auto error = problem.load(); !error.empty()) {
+    check.message = check.ours.message = error;
+    return check;
+  }
+  return cross_check_with_ipopt(problem, others);
+}
+
+InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double>& v,
+                                      const CrossCheckSettings& settings) {
+  const std::size_t n = problem.structure().variable_players.size();
+  if (v.size() != n) {
+    throw std::invalid_argument("check_inner_maximum: the point has " + std::to_string(v.size()) +
+                                " entries, the problem " + std::to_string(n) + " variables");
+  }
+  SolverOptions options;
+  std::string error = read_own_options(settings, options);
+  if (error.empty()) error = check_ipopt_options(ipopt_options_text(settings, true));
+  if (!error.empty()) throw std::invalid_argument("check_inner_maximum: " + error);
+  return InnerMaximization(problem, v, settings).run();
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -1,0 +1,275 @@
+#include <pthread.h>
+
+#include <IpIpoptApplication.hpp>
+#include <algorithm>
+#include <deque>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <variant>
+
+#include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/exact_options.hpp"
+#include "adapter/ipopt/ipopt_only_options.hpp"
+#include "adapter/ipopt/option_registry.hpp"
+#include "core/options.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+/// Options of the linked Ipopt, in alphabetical order. Plain values: Ipopt's own objects count
+/// references without locks, and this table is shared by all threads.
+struct IpoptOptions {
+  std::vector<OptionInfo> all;
+  std::vector<OptionInfo> not_ours;
+  std::deque<std::string> texts;  ///< of both
+};
+
+/// For ever in the table.
+std::string_view keep(const std::string& text, IpoptOptions& options) {
+  return options.texts.emplace_back(text);
+}
+
+OptionInfo::Number number_of(const Ipopt::RegisteredOption& option) {
+  return {.member = nullptr,
+          .lower = option.HasLower() ? option.LowerNumber() : -kInfinity,
+          .upper = option.HasUpper() ? option.UpperNumber() : kInfinity,
+          .lower_strict = !option.HasLower() || option.LowerStrict(),
+          .upper_strict = !option.HasUpper() || option.UpperStrict(),
+          .by_default = option.DefaultNumber()};
+}
+
+OptionInfo::Integer integer_of(const Ipopt::RegisteredOption& option) {
+  using Limits = std::numeric_limits<int>;
+  return {.member = nullptr,
+          .lower = option.HasLower() ? option.LowerInteger() : Limits::min(),
+          .upper = option.HasUpper() ? option.UpperInteger() : Limits::max(),
+          .by_default = option.DefaultInteger()};
+}
+
+OptionInfo::Choice choice_of(const Ipopt::RegisteredOption& option, IpoptOptions& options) {
+  OptionInfo::Choice choice{};
+  for (const auto& entry : option.GetValidStrings()) {
+    if (entry.value_ == option.DefaultString()) choice.by_default = choice.names.size();
+    choice.names.push_back(keep(entry.value_, options));
+  }
+  choice.texts.resize(choice.names.size());
+  return choice;
+}
+
+OptionInfo read_option(const Ipopt::RegisteredOption& option, IpoptOptions& options) {
+  OptionInfo info{.name = keep(option.Name(), options),
+                  .category = "Ipopt only",
+                  .text = "Ipopt only",
+                  .kind = {}};
+  if (option.Type() == Ipopt::OT_Number) {
+    info.kind = number_of(option);
+  } else if (option.Type() == Ipopt::OT_Integer) {
+    info.kind = integer_of(option);
+  } else if (option.IsValidStringSetting("any text at all")) {
+    info.kind = OptionInfo::Name{keep(option.DefaultString(), options)};
+  } else {
+    info.kind = choice_of(option, options);
+  }
+  return info;
+}
+
+bool is_own_option(std::string_view name) {
+  const auto table = option_table();
+  const auto& application = application_option_table();
+  return std::ranges::find(table, name, &OptionInfo::name) != table.end() ||
+         std::ranges::find(application, name, &OptionInfo::name) != application.end();
+}
+
+IpoptOptions read_options() {
+  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
+  IpoptOptions options;
+  for (const auto& entry : registry->RegisteredOptionsList()) {
+    options.all.push_back(read_option(*entry.second, options));
+    if (!is_own_option(options.all.back().name)) options.not_ours.push_back(options.all.back());
+  }
+  return options;
+}
+
+/// A fork waits until the table is made: the child would wait for ever for the thread that makes
+/// it.
+std::mutex table_is_made;
+
+/// When the library is loaded; the smaller tables are made then.
+[[maybe_unused]] const bool loaded = [] {
+  pthread_atfork([] { table_is_made.lock(); }, [] { table_is_made.unlock(); },
+                 [] { table_is_made.unlock(); });
+  static_cast<void>(application_option_table());
+  static_cast<void>(refused_ipopt_option_advice());
+  static_cast<void>(ignored_ipopt_option_advice());
+  return true;
+}();
+
+const IpoptOptions& ipopt_options() {
+  const std::lock_guard lock(table_is_made);
+  static const IpoptOptions options = read_options();
+  return options;
+}
+
+bool matches(std::string_view pattern, std::string_view name) {
+  if (!pattern.ends_with('*')) return pattern == name;
+  return name.starts_with(pattern.substr(0, pattern.size() - 1));
+}
+
+std::optional<std::string_view> find_advice(const std::vector<IpoptOptionAdvice>& table,
+                                            std::string_view name) {
+  for (const IpoptOptionAdvice& row : table) {
+    if (matches(row.name, name)) return row.advice;
+  }
+  return std::nullopt;
+}
+
+/// Those that only Ipopt has and that were set to another value than its default, by name.
+std::vector<std::pair<std::string_view, std::string>> changed_options(
+    const Ipopt::OptionsList& list) {
+  const MayBeSet may_be_set(list);
+  std::vector<std::pair<std::string_view, std::string>> changed;
+  for (const OptionInfo& option : ipopt_only_options()) {
+    if (!may_be_set(option.name)) continue;
+    const auto value = value_of(option, list);
+    if (value && *value != default_of(option)) changed.emplace_back(option.name, *value);
+  }
+  return changed;
+}
+
+}  // namespace
+
+const std::vector<IpoptOptionAdvice>& refused_ipopt_option_advice() {
+  static const std::vector<IpoptOptionAdvice> table = {
+      {"jacobian_approximation", "first derivatives are needed: implement eval_jac_g"},
+      {"gradient_approximation", "first derivatives are needed: implement eval_grad_f"},
+      {"nlp_scaling_obj_target_gradient",
+       "gradients are only scaled down, see nlp_scaling_max_gradient; other factors come from "
+       "obj_scaling_factor or nlp_scaling_method user-scaling"},
+      {"nlp_scaling_constr_target_gradient",
+       "gradients are only scaled down, see nlp_scaling_max_gradient; other factors come from "
+       "nlp_scaling_method user-scaling"},
+      {"warm_start_entire_iterate",
+       "a warm start takes the model's point and multipliers, see warm_start_init_point"},
+      {"skip_finalize_solution_call", "finalize_solution is always called"},
+  };
+  return table;
+}
+
+const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
+  static const std::string_view barrier =
+      "not a setting of the adaptive strategy here, see mu_strategy, mu_oracle and "
+      "adaptive_mu_globalization";
+  static const std::string_view other_solver =
+      "it belongs to a linear solver that is not built in, see linear_solver";
+  static const std::string_view restoration = "the feasibility restoration has no settings";
+  static const std::string_view constant =
+      "functions are evaluated anew at every point, constant or not";
+  static const std::string_view output = "see print_level, file_print_level and sb";
+  static const std::vector<IpoptOptionAdvice> table = {
+      {"mu_*", barrier},
+      {"adaptive_mu_*", barrier},
+      {"fixed_mu_oracle", barrier},
+      {"quality_function_*", barrier},
+      {"sigma_*", barrier},
+      {"warm_start_target_mu", "see mu_init and mu_target"},
+      {"warm_start_same_structure", "ReOptimizeTNLP does that"},
+      {"accept_every_trial_step", "see minmax_globalization none"},
+      {"ma27_*", other_solver},
+      {"ma28_*", other_solver},
+      {"ma57_*",
+       "MA57's pivot threshold grows from 1e-8 to 1e-4, and it orders as minmax_ordering says"},
+      {"ma77_*", other_solver},
+      {"ma86_*", other_solver},
+      {"ma97_*",
+       "MA97's pivot threshold grows from 1e-8 to 1e-4, and it orders as minmax_ordering says"},
+      {"pardiso_*", "Pardiso matches, orders and pivots as by Ipopt's defaults"},
+      {"pardisomkl_*", "Pardiso matches, orders and pivots as by Ipopt's defaults"},
+      {"wsmp_*", other_solver},
+      {"spral_*",
+       "SPRAL's pivot threshold grows from 1e-8 to 1e-4, and it orders as minmax_ordering says"},
+      {"mumps_*", "see minmax_ordering, mumps_pivtol and mumps_pivtolmax"},
+      {"linear_s*", "matrices are scaled by the linear solver itself"},
+      {"limited_memory_*", "quasi-Newton matrices of minimizations are BFGS of six pairs"},
+      {"hessian_approximation_space", "second derivatives that are missing come from differences"},
+      {"findiff_perturbation", "first derivatives are not approximated"},
+      {"check_derivatives_for_naninf", "values that are used are always checked"},
+      {"jac_c_constant", constant},
+      {"jac_d_constant", constant},
+      {"hessian_constant", constant},
+      {"grad_f_constant", constant},
+      {"resto_*", restoration},
+      {"max_resto_iter", restoration},
+      {"start_with_resto", restoration},
+      {"expect_infeasible_problem*", restoration},
+      {"evaluate_orig_obj_at_resto_trial", restoration},
+      {"required_infeasibility_reduction", restoration},
+      {"dependency_*", "dependent equality constraints are regularized, not removed"},
+      {"inf_pr_output", "inf_pr is the violation of the model's constraints (original)"},
+      {"print_options_latex_mode", "see print_options_documentation"},
+      {"print_*", output},
+      {"suppress_all_output", output},
+  };
+  return table;
+}
+
+const std::vector<OptionInfo>& ipopt_only_options() { return ipopt_options().not_ours; }
+
+std::vector<std::string_view> ipopt_only_linear_solvers() {
+  const auto names_in = [](const auto& table) {
+    const auto found = std::ranges::find(table, "linear_solver", &OptionInfo::name);
+    return found == table.end() ? std::vector<std::string_view>{}
+                                : std::get<OptionInfo::Choice>(found->kind).names;
+  };
+  std::vector<std::string_view> others = names_in(ipopt_options().all);
+  const auto own = names_in(option_table());
+  std::erase_if(others,
+                [&](std::string_view name) { return std::ranges::find(own, name) != own.end(); });
+  return others;
+}
+
+std::string refused_ipopt_option(const Ipopt::OptionsList& list) {
+  for (const auto& [name, value] : changed_options(list)) {
+    if (const auto advice = find_advice(refused_ipopt_option_advice(), name)) {
+      return std::string(name) + " = " + value +
+             " is an option of Ipopt that is not available: " + std::string(*advice);
+    }
+  }
+  return {};
+}
+
+std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
+  std::vector<std::string> messages;
+  const auto add = [&](std::string_view name, const std::string& value, std::string_view reason) {
+    messages.push_back(std::string(name) + " = " + value +
+                       " has no effect: " + std::string(reason));
+  };
+  for (const auto& [name, value] : changed_options(list)) {
+    add(name, value,
+        find_advice(ignored_ipopt_option_advice(), name)
+            .value_or("it steers Ipopt's own algorithm"));
+  }
+  const MayBeSet may_be_set(list);
+  std::string hessian;
+  if (may_be_set("hessian_approximation") &&
+      list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
+    messages.push_back(
+        "hessian_approximation = limited-memory: minimizations are solved with quasi-Newton "
+        "matrices, which have no inertia to certify with: nothing is certified; with Max variables "
+        "it means finite-difference-values");
+  }
+  std::string solver;
+  if (may_be_set("linear_solver") && list.GetStringValue("linear_solver", solver, "")) {
+    const auto others = ipopt_only_linear_solvers();
+    if (std::ranges::find(others, solver) != others.end()) {
+      add("linear_solver", solver, "it is not built in, auto is used");
+    }
+  }
+  return messages;
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

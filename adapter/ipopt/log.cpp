@@ -1,0 +1,612 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "adapter/ipopt/ipopt_version.hpp"
+#include "adapter/ipopt/log.hpp"
+#include "core/answer.hpp"
+#include "core/model/status_table.hpp"
+#include "core/robust/robust_scope.hpp"
+#include "core/version.h"
+#include "core/worst_case.hpp"
+
+namespace ipminmax::log {
+namespace {
+
+#if defined(__GNUC__)
+__attribute__((format(printf, 1, 2)))
+#endif
+std::string
+format(const char* pattern, ...) {
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::va_list again;
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, pattern, arguments);
+  va_end(arguments);
+  std::string text(length > 0 ? static_cast<std::size_t>(length) : 0, '\0');
+  std::vsnprintf(text.data(), text.size() + 1, pattern, again);
+  va_end(again);
+  return text;
+}
+
+std::string log10_or_dash(double value) {
+  return value > 0.0 ? format("%.1f", std::log10(value)) : "-";
+}
+
+const char* yes_no(bool value) { return value ? "yes" : "no"; }
+
+/// Counts of one row of the problem statistics: those of Min and those of Max.
+struct PerPlayer {
+  std::array<long, 2> count{};
+  long& of(Player player) { return count[player == Player::Max ? 1 : 0]; }
+};
+
+std::string row(const char* label, const PerPlayer& value) {
+  return format("%s %9ld %9ld\n", label, value.count[0], value.count[1]);
+}
+
+struct Bounds {
+  const SolverOptions& options;
+  [[nodiscard]] bool has_lower(double lower) const { return lower > options.nlp_lower_bound_inf; }
+  [[nodiscard]] bool has_upper(double upper) const { return upper < options.nlp_upper_bound_inf; }
+};
+
+/// How many variables or constraints have which bounds.
+struct BoundCounts {
+  PerPlayer total, equal, only_lower, both, only_upper;
+
+  BoundCounts(const std::vector<double>& lower, const std::vector<double>& upper,
+              const std::vector<Player>& players, const Bounds& bounds) {
+    for (std::size_t i = 0; i < players.size(); ++i) {
+      ++total.of(players[i]);
+      const bool has_lower = bounds.has_lower(lower[i]);
+      const bool has_upper = bounds.has_upper(upper[i]);
+      if (has_lower && has_upper && lower[i] == upper[i]) {
+        ++equal.of(players[i]);
+      } else if (has_lower && has_upper) {
+        ++both.of(players[i]);
+      } else if (has_lower) {
+        ++only_lower.of(players[i]);
+      } else if (has_upper) {
+        ++only_upper.of(players[i]);
+      }
+    }
+  }
+};
+
+std::string inertia_row(const char* label, const Inertia& found, const Inertia& expected) {
+  return format("%s %9d %6d %6d   %9d %6d %6d\n", label, found.positive, found.negative, found.zero,
+                expected.positive, expected.negative, expected.zero);
+}
+
+/// Name of a variable of the model, else its number.
+std::string variable_name(const ProblemStructure* structure, Index i) {
+  if (structure != nullptr && i < static_cast<Index>(structure->variable_names.size())) {
+    const std::string& name = structure->variable_names[static_cast<std::size_t>(i)];
+    if (!name.empty()) return name;
+  }
+  return "variable " + std::to_string(i);
+}
+
+std::string certificate_report(const Certificate& certificate, const ProblemStructure* structure) {
+  const std::string outcome(name_of(certificate.second_order));
+  const std::string kind(name_of(certificate.kind));
+  std::string text = format("Second-order test.......: %s\nReturned point..........: %s\n",
+                            outcome.c_str(), kind.c_str());
+  if (certificate.second_order == SecondOrder::NotTested) return text;
+  text += "                           found: +      -      0   expected: +      -      0\n";
+  text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
+  text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
+  text += format("Curvature, probed by....: %24.16e\n", certificate.margin);
+  if (certificate.least_curvature_variable >= 0) {
+    text +=
+        format("Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
+               variable_name(structure, certificate.least_curvature_variable).c_str());
+  }
+  if (certificate.finite_differences) {
+    text += format("Second derivatives......: finite differences, error estimate %.1e\n",
+                   certificate.hessian_error);
+  }
+  if (certificate.hessian_disagrees) {
+    text += "Second derivatives......: disagree with differences of the gradient\n";
+  }
+  text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
+                 yes_no(certificate.licq_max));
+  text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
+                 certificate.weakly_active_max);
+  if ((certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) ||
+      certificate.answer == InnerAnswer::BestNotUnique) {
+    text += "Answer of the maximizer.: " + std::string(name_of(certificate.answer)) + "\n";
+  }
+  if (!certificate.proof.empty()) {
+    text += "Solution near the point.: " + certificate.proof + "\n";
+  }
+  for (const CertificateReason& reason : certificate.reasons) {
+    text += "Reason..................: " + reason.text + "\n";
+  }
+  return text;
+}
+
+/// Which player a wrong inertia belongs to. K_yy right and K wrong: the minimizer.
+std::string wrong_curvature(const Certificate& certificate) {
+  if (certificate.inner != certificate.inner_expected) {
+    return "curvature of the maximizer has the wrong sign";
+  }
+  return "curvature of the minimizer has the wrong sign";
+}
+
+std::string exit_text(const Result& result) {
+  if (result.status == Status::NotLocalMinmax) {
+    return "First-order point found, but it is not a local minmax: " +
+           wrong_curvature(result.certificate) + ".";
+  }
+  if (result.status == Status::SolvedDegenerate) {
+    if (result.certificate.second_order == SecondOrder::Flat) {
+      return "First-order point found in a valley of points with the same value.";
+    }
+    if (result.certificate.hessian_disagrees) {
+      return "First-order point found; its second derivatives look wrong, so nothing is "
+             "certified.";
+    }
+  }
+  if (result.status == Status::Solved && result.certificate.second_order == SecondOrder::NotTested)
+    return "First-order point found; its second-order conditions were not tested.";
+  return std::string(row_of(result.status).sentence);
+}
+
+}  // namespace
+
+std::string banner() {
+  return "\n"
+         "******************************************************************************\n"
+         "This program contains Ipminmax, an interior-point solver for constrained\n"
+         "nonconvex-nonconcave minmax problems, released under the BSD 3-Clause License.\n"
+         "******************************************************************************\n\n";
+}
+
+std::string problem_statistics(const ProblemStructure& structure, const SolverOptions& options) {
+  const Bounds bounds{options};
+  const auto& constraint_players = structure.constraint_players;
+  const BoundCounts variables(structure.variable_lower, structure.variable_upper,
+                              structure.variable_players, bounds);
+  const BoundCounts constraints(structure.constraint_lower, structure.constraint_upper,
+                                constraint_players, bounds);
+  PerPlayer equality_nonzeros, inequality_nonzeros, inequalities;
+  for (const Triplet& entry : structure.jacobian) {
+    const auto i = static_cast<std::size_t>(entry.row);
+    const bool equality = structure.constraint_lower[i] == structure.constraint_upper[i];
+    ++(equality ? equality_nonzeros : inequality_nonzeros).of(constraint_players[i]);
+  }
+  for (const std::size_t p : {0U, 1U}) {
+    inequalities.count[p] = constraints.total.count[p] - constraints.equal.count[p];
+  }
+  std::string text = "                                                            Min       Max\n";
+  text += row("Number of nonzeros in equality constraint Jacobian...:", equality_nonzeros);
+  text += row("Number of nonzeros in inequality constraint Jacobian.:", inequality_nonzeros);
+  text += format("Number of nonzeros in Lagrangian Hessian.............: %9zu\n\n",
+                 structure.hessian.size());
+  text += row("Total number of variables............................:", variables.total);
+  text += row("                                     fixed variables:", variables.equal);
+  text += row("                     variables with only lower bounds:", variables.only_lower);
+  text += row("                variables with lower and upper bounds:", variables.both);
+  text += row("                     variables with only upper bounds:", variables.only_upper);
+  text += row("Total number of equality constraints.................:", constraints.equal);
+  text += row("Total number of inequality constraints...............:", inequalities);
+  text += row("        inequality constraints with only lower bounds:", constraints.only_lower);
+  text += row("   inequality constraints with lower and upper bounds:", constraints.both);
+  text += row("        inequality constraints with only upper bounds:", constraints.only_upper);
+  return text + "\n";
+}
+
+std::string derivative_test(const DerivativeReport& report, const ProblemStructure& structure) {
+  if (!report.failure.empty()) return "Derivative test not possible: " + report.failure + ".\n\n";
+  std::string text = format("Derivative test: %d first and %d second derivatives.\n",
+                            report.first_tested, report.second_tested);
+  for (const std::string& remark : report.remarks) text += remark + "\n";
+  for (const DerivativeEntry& entry : report.entries) {
+    text += entry.finding == DerivativeFinding::Agrees ? "  " : "* ";
+    text += describe(entry, structure);
+    text += entry.finding == DerivativeFinding::Missing ? std::string(": not in the structure")
+                                                        : format(": %23.16e", entry.exact);
+    text += format(" ~ %23.16e  [%9.3e]\n", entry.approximate, entry.relative_error);
+    if (entry.crosses_players) {
+      text += "  A constraint of Min must not vary with a variable of Max.\n";
+    }
+  }
+  const Index wrong = report.first_wrong + report.second_wrong;
+  text += wrong == 0 ? std::string("No errors detected by derivative test.\n\n")
+                     : format("Derivative test detected %d error(s).\n\n", wrong);
+  return text;
+}
+
+std::string iteration_header() {
+  return format("%4s %14s %8s %8s %8s %6s %8s %7s %7s %8s %8s  %3s\n", "iter", "objective",
+                "inf_pr", "inf_dx", "inf_dy", "lg(mu)", "||d||", "lg(rgx)", "lg(rgy)", "alpha_du",
+                "alpha_pr", "ls");
+}
+
+std::string ipopt_iteration_header() {
+  return "iter    objective    inf_pr   inf_du lg(mu)  ||d||  lg(rg) alpha_du alpha_pr  ls\n";
+}
+
+std::string ipopt_iteration_row(const IterationInfo& info, Index number) {
+  constexpr std::string_view kIpoptsLetters = "fFhHkKnNRwSstTr";
+  const KktError& error = info.error;
+  std::string text = format("%4d%c%14.7e %7.2e %7.2e %5s ", number, info.restoration ? 'r' : ' ',
+                            info.objective, error.primal, std::max(error.dual_min, error.dual_max),
+                            log10_or_dash(info.mu).c_str());
+  if (number == 0) return text + "0.00e+00    -  0.00e+00 0.00e+00   0\n";
+  const bool is_ipopts = kIpoptsLetters.find(info.step_kind) != std::string_view::npos;
+  return text + format("%7.2e %5s %7.2e %7.2e%c %3d\n", info.step_norm,
+                       log10_or_dash(std::max(info.delta_x, info.delta_y)).c_str(), info.alpha_dual,
+                       info.alpha_primal, is_ipopts ? info.step_kind : 'n', info.trials);
+}
+
+std::string ipopt_errors(const Result& result) {
+  const KktError& error = result.error;
+  const double dual = std::max(error.dual_min, error.dual_max);
+  const double overall = std::max({dual, error.primal, error.complementarity});
+  const auto line = [](const char* label, double first, double second) {
+    return format("%s%24.16e  %24.16e\n", label, first, second);
+  };
+  return "                                (unscaled)                (unscaled)\n" +
+         line("Objective...............: ", result.objective, result.objective) +
+         line("Dual infeasibility......: ", dual, dual) +
+         line("Constraint violation....: ", error.primal, error.primal) +
+         line("Complementarity.........: ", error.complementarity, error.complementarity) +
+         line("Overall NLP error.......: ", error.total, overall) + "\n";
+}
+
+std::string iteration_row(const IterationInfo& info, bool with_info) {
+  const KktError& error = info.error;
+  std::string text =
+      format("%4d %14.7e %8.2e %8.2e %8.2e %6s ", info.iteration, info.objective, error.primal,
+             error.dual_min, error.dual_max, log10_or_dash(info.mu).c_str());
+  if (info.iteration == 0) {  // no step led here
+    text += format("%8s %7s %7s %8s %8s  %3s", "-", "-", "-", "-", "-", "-");
+  } else {
+    text += format("%8.2e %7s %7s %8.2e %8.2e%c %3d", info.step_norm,
+                   log10_or_dash(info.delta_x).c_str(), log10_or_dash(info.delta_y).c_str(),
+                   info.alpha_dual, info.alpha_primal, info.step_kind, info.trials);
+  }
+  if (with_info) {
+    text += format(" K %d Kyy %d", info.factorizations_full, info.factorizations_inner);
+    if (info.factorizations_complement > 0) text += format(" S %d", info.factorizations_complement);
+  }
+  return text + "\n";
+}
+
+std::string start_header() {
+  return format("%6s %14s %8s %6s %4s  %s\n", "start", "objective", "error", "iter", "cert",
+                "status");
+}
+
+std::string start_row(Index start, const Result& result) {
+  const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+  return format("%6d %14.7e %8.2e %6d %4s  %s\n", start, result.objective, result.error.total,
+                result.iterations, certified ? "yes" : "-",
+                std::string(name_of(result.status)).c_str());
+}
+
+StartsProgress::StartsProgress(Index starts, bool larger_is_better)
+    : starts_(starts), larger_is_better_(larger_is_better) {}
+
+void StartsProgress::add(const Result& result) {
+  ++done_;
+  starts_ = std::max(starts_, done_);  // branches of y found on the way are starts, too
+  if (result.certificate.kind != PointKind::LocalMinmax) return;
+  const bool better = larger_is_better_ ? result.objective > best_ : result.objective < best_;
+  if (certified_++ == 0 || better) best_ = result.objective;
+}
+
+std::string StartsProgress::line() const {
+  std::string text =
+      format("Multistart: %d of %d starts, %d certified", done_, starts_, certified_);
+  if (certified_ > 0) text += format(", best value %.8e", best_);
+  const double spent = std::chrono::duration<double>(Clock::now() - begin_).count();
+  if (done_ > 0) text += format(", %.0f s left", spent / done_ * (starts_ - done_));
+  return text;
+}
+
+bool StartsProgress::due(double seconds) {
+  const auto now = Clock::now();
+  if (std::chrono::duration<double>(now - last_).count() < seconds) return false;
+  last_ = now;
+  return true;
+}
+
+namespace {
+
+/// Last column of a multistart's table: a dash where nothing was looked for.
+std::string worst_case_column(const WorstCase& found) {
+  if (found.unbounded) return format(" %20s\n", "unbounded");
+  if (found.v.empty()) return format(" %20s\n", "-");
+  return format(" %20.12e\n", found.value);
+}
+
+}  // namespace
+
+std::string multistart_summary(const MultistartResult& result) {
+  constexpr std::size_t kMostPoints = 20;
+  std::string text = format("\nMultistart: %d starts, %zu distinct certified points\n",
+                            result.starts, result.points.size());
+  const bool checked = !result.points.empty() && result.points.front().result.worst_case.starts > 0;
+  if (!result.points.empty()) {
+    text += format("\n%6s %24s %6s %12s %10s%s\n", "rank", "local minmax value", "found",
+                   "first start", "margin", checked ? "     worst case found" : "");
+  }
+  for (std::size_t k = 0; k < std::min(kMostPoints, result.points.size()); ++k) {
+    const DistinctPoint& point = result.points[k];
+    text += format("%6zu %24.16e %6d %12d %10.2e", k + 1, point.result.objective, point.found,
+                   point.first_start, point.result.certificate.margin);
+    text += checked ? worst_case_column(point.result.worst_case) : std::string("\n");
+  }
+  if (result.points.size() > kMostPoints) {
+    text += format("%6s and %zu more\n", "...", result.points.size() - kMostPoints);
+  }
+  text += "\n";
+  for (const auto& [status, count] : result.statuses) {
+    text += format("%6d %s\n", count, std::string(name_of(status)).c_str());
+  }
+  return text;
+}
+
+std::string place_text(const std::vector<std::pair<std::string, double>>& values) {
+  constexpr std::size_t kMost = 6;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kMost, values.size()); ++i) {
+    text += (i > 0 ? ", " : "") + values[i].first + format(" = %.6g", values[i].second);
+  }
+  return values.size() > kMost ? text + format(", ... (%zu in all)", values.size()) : text;
+}
+
+std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index constraint) {
+  const std::size_t n = structure.variable_players.size();
+  const bool is_f = static_cast<std::size_t>(constraint) >= structure.constraint_players.size();
+  std::vector<bool> reads(n, is_f);
+  const auto mark = [&](const std::vector<Index>& variables, bool value) {
+    for (const Index i : variables) reads[static_cast<std::size_t>(i)] = value;
+  };
+  const RobustScope scope = is_f ? RobustScope() : robust_scope(structure, constraint);
+  if (!scope.followers.empty()) {
+    mark(scope.variables, true);
+    mark(scope.followers, false);
+    mark(scope.idle, false);
+  } else {
+    for (const Triplet& entry : structure.jacobian)
+      if (entry.row == constraint) mark({entry.col}, true);
+  }
+  std::vector<Index> found;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (reads[i] && structure.variable_players[i] == Player::Max)
+      found.push_back(static_cast<Index>(i));
+  }
+  return found;
+}
+
+namespace {
+
+std::string place_of(const RobustWorstCase& found, const ProblemStructure& structure) {
+  std::vector<std::pair<std::string, double>> values;
+  for (const Index variable : worst_case_variables(structure, found.constraint)) {
+    const auto i = static_cast<std::size_t>(variable);
+    const bool named = i < structure.variable_names.size() && !structure.variable_names[i].empty();
+    values.emplace_back(named ? structure.variable_names[i] : "variable " + std::to_string(i),
+                        found.v[i]);
+  }
+  return place_text(values);
+}
+
+}  // namespace
+
+std::string robust_summary(const Result& result, const ProblemStructure& structure) {
+  constexpr std::size_t kMostRows = 50;
+  const SearchOverY& y = result.over_y;
+  std::string text = format("\nRobust constraints: %zu worst cases, %d solves, %d maximizations\n",
+                            result.worst_cases.size(), y.solves, y.maximizations);
+  text += format("\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
+  for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
+    const RobustWorstCase& found = result.worst_cases[k];
+    const auto j = static_cast<std::size_t>(found.constraint);
+    std::string name = "constraint " + std::to_string(found.constraint);
+    if (j >= structure.constraint_players.size()) {
+      name = "f";
+    } else if (j < structure.constraint_names.size() && !structure.constraint_names[j].empty()) {
+      name = structure.constraint_names[j];
+    }
+    text += format("%-24s %24.16e %16.8e  %s%s\n", name.c_str(), found.value, found.multiplier,
+                   place_of(found, structure).c_str(), found.active ? "" : " (inactive)");
+  }
+  if (result.worst_cases.size() > kMostRows) {
+    text += format("... and %zu more\n", result.worst_cases.size() - kMostRows);
+  }
+  return text;
+}
+
+std::string summary(const Result& result, const ProblemStructure* structure,
+                    std::optional<Index> iterations) {
+  const KktError& error = result.error;
+  std::string text =
+      format("\nNumber of Iterations....: %d\n\n", iterations.value_or(result.iterations));
+  text += format("Objective...............: %24.16e\n", result.objective);
+  text += format("Dual infeasibility, Min.: %24.16e\n", error.dual_min);
+  text += format("Dual infeasibility, Max.: %24.16e\n", error.dual_max);
+  text += format("Constraint violation....: %24.16e\n", error.primal);
+  text += format("Complementarity.........: %24.16e\n", error.complementarity);
+  text += format("Overall scaled error....: %24.16e\n\n", error.total);
+  text += certificate_report(result.certificate, structure);
+  const auto [why, point, over_y, over_x] = statements(result);
+  const bool game =
+      structure != nullptr && std::ranges::find(structure->variable_players, Player::Max) !=
+                                  structure->variable_players.end();
+  if (game) text += "Over all y..............: " + over_y + "\n";
+  if (game || result.over_x.asked > 1) text += "Over x..................: " + over_x + "\n";
+  return text;
+}
+
+namespace {
+
+/// "  K + K_yy for steps 6 + 5, certificate 1 + 1", empty where there were none.
+std::string factorization_causes(const Counts& counts) {
+  std::string text;
+  for (std::size_t k = 0; k < kFactorizationCauses; ++k) {
+    const auto cause = static_cast<FactorizationCause>(k);
+    const auto [full, inner] = counts.factorizations_for(cause);
+    if (full + inner == 0) continue;
+    text += text.empty() ? "  K + K_yy for " : ", ";
+    text += std::string(name_of(cause)) + format(" %d + %d", full, inner);
+  }
+  return text.empty() ? text : text + "\n";
+}
+
+}  // namespace
+
+std::string work(const Result& result) {
+  const Counts& counts = result.counts;
+  const auto line = [](const char* label, Index count) {
+    return format("%s = %d\n", label, count);
+  };
+  std::string text = "\n";
+  text += line("Number of objective function evaluations             ", counts.objective);
+  text += line("Number of objective gradient evaluations             ", counts.gradient);
+  text += line("Number of constraint evaluations                     ", counts.constraints);
+  text += line("Number of constraint Jacobian evaluations            ", counts.jacobian);
+  text += line("Number of Lagrangian Hessian evaluations             ", counts.hessian);
+  text += line(
+      "Number of factorizations of K                        ",
+      counts.factorizations_full + counts.factorizations_for(FactorizationCause::Restoration).full);
+  text +=
+      line("Number of factorizations of K_yy                     ", counts.factorizations_inner);
+  if (counts.factorizations_complement > 0) {
+    text += line("Number of factorizations of the complement of K_yy   ",
+                 counts.factorizations_complement);
+  }
+  text += factorization_causes(counts);
+  text += line("Number of linear systems solved                      ", counts.solves);
+  text += format("Total seconds in Ipminmax (w/o function evaluations)  = %10.3f\n",
+                 std::max(0.0, result.timing.total - result.timing.evaluations));  // of all threads
+  text += format("Total seconds in function evaluations                 = %10.3f\n",
+                 result.timing.evaluations);
+  return text;
+}
+
+std::string ipopt_work(const Result& result, const ProblemStructure& structure) {
+  const Counts& counts = result.counts;
+  const auto equations = static_cast<std::size_t>(
+      std::ranges::count_if(structure.constraint_players, [&, j = std::size_t{0}](Player) mutable {
+        const bool equation = structure.constraint_lower[j] == structure.constraint_upper[j];
+        ++j;
+        return equation;
+      }));
+  const bool has_equations = equations > 0;
+  const bool has_inequalities = equations < structure.constraint_players.size();
+  const auto line = [](const char* label, Index count) {
+    return format("Number of %-42s = %d\n", label, count);
+  };
+  std::string text = "\n";
+  text += line("objective function evaluations", counts.objective);
+  text += line("objective gradient evaluations", counts.gradient);
+  text += line("equality constraint evaluations", has_equations ? counts.constraints : 0);
+  text += line("inequality constraint evaluations", has_inequalities ? counts.constraints : 0);
+  text += line("equality constraint Jacobian evaluations", has_equations ? counts.jacobian : 0);
+  text +=
+      line("inequality constraint Jacobian evaluations", has_inequalities ? counts.jacobian : 0);
+  text += line("Lagrangian Hessian evaluations", counts.hessian);
+  const double evaluations = result.timing.evaluations;  // of all threads
+  const auto seconds = [](const char* label, double value) {
+    return format("%-52s = %10.3f\n", label, std::max(0.0, value));
+  };
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+  text += seconds("Total seconds in IPOPT", result.timing.total);
+  text += seconds("Total seconds in NLP function evaluations", evaluations);
+#else
+  text += seconds("Total CPU secs in IPOPT (w/o function evaluations)",
+                  result.cpu_seconds - evaluations);
+  text += seconds("Total CPU secs in NLP function evaluations", evaluations);
+#endif
+  return text;
+}
+
+std::string timing(const Timing& timing) {
+  const double rest = timing.total - timing.evaluations - timing.assembly - timing.analysis -
+                      timing.factorization - timing.solves;
+  const auto line = [](const char* label, double seconds) {
+    return format("%s: %10.3f\n", label, seconds);
+  };
+  std::string text = "\nTiming Statistics (wall clock seconds):\n\n";
+  text += line("Total...................", timing.total);
+  text += line(" Function evaluations...", timing.evaluations);
+  text += line(" KKT assembly...........", timing.assembly);
+  text += line(" Symbolic analysis......", timing.analysis);
+  text += line(" Factorization..........", timing.factorization);
+  text += line(" Solves and refinement..", timing.solves);
+  text += line(" Everything else........", rest);
+  return text;
+}
+
+std::string exit_line(const Result& result) {
+  std::string text = "\nEXIT: " + exit_text(result) + "\n";
+  std::istringstream why(statements(result)[0]);
+  for (std::string line; std::getline(why, line);)
+    if (line != name_of(result.status)) text += "      " + line + "\n";
+  if (result.objective_scale < 0.0) {
+    text += "      The objective's factor is negative: Min maximizes and Max minimizes.\n";
+  }
+  return text;
+}
+
+namespace {
+
+/// Ipopt's words for an end, empty where ours are the same.
+std::string_view ipopt_words(Status status) {
+  switch (status) {
+    case Status::Solved:
+    case Status::SolvedDegenerate:
+      return "Optimal Solution Found.";
+    case Status::NotLocalMinmax:
+    case Status::NoLocalMinmaxFound:
+      return row_of(Status::TinyStep).sentence;
+    case Status::InnerUnbounded:
+    case Status::OuterUnbounded:
+      return row_of(Status::DivergingIterates).sentence;
+    case Status::InnerInfeasible:
+      return row_of(Status::LocallyInfeasible).sentence;
+    case Status::InertiaCorrectionFailed:
+    case Status::LinearSolverFailed:
+      return "Error in step computation!";
+    case Status::EvaluationFailed:
+    case Status::InvalidNumber:
+      return "Invalid number in NLP function or derivative detected.";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+std::string ipopt_exit_line(const Result& result) {
+  const std::string words(ipopt_words(result.status));
+  std::string text = exit_line(result);
+  if (!words.empty()) {
+    const std::string ours = exit_text(result);
+    text.replace(text.find(ours), ours.size(), words + "\n      " + ours);
+  }
+  // Pyomo looks for this line where there is no solution file, and for the third of its parts.
+  if (result.status == Status::TooFewDegreesOfFreedom)
+    text = "\nTOO_FEW_DEGREES_OF_FREEDOM: the model: Too few degrees of freedom.\n" + text;
+  return text;
+}
+
+std::string ipopt_solver_line(const std::string& linear_solver) {
+  return "This is Ipminmax " IPMINMAX_VERSION ", with the interface of Ipopt " IPOPT_VERSION
+         ", running with linear solver " +
+         linear_solver + ".\n\n";
+}
+
+}  // namespace ipminmax::log

@@ -1,0 +1,187 @@
+#pragma once
+
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
+#include <IpSmartPtr.hpp>
+#include <IpTNLP.hpp>
+
+#include "../../core/problem.hpp"
+#include "ipopt_version.hpp"
+
+namespace IPMINMAX_API ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+
+static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Index, int>,
+              "Ipminmax needs an Ipopt with double precision numbers and int indices");
+
+/// Writes the iterate as MinMaxApplication::GetCurrentIterate does; to be called inside a model's
+/// intermediate_callback or finalize_solution. x, z_L and z_U have n entries, g and lambda m; each
+/// may be null. Returns false and writes nothing if it is called elsewhere, if n or m are wrong, or
+/// if GetCurrentIterate returns false.
+[[nodiscard]] bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x,
+                                       Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
+                                       Ipopt::Number* g, Ipopt::Number* lambda);
+
+/// Writes what MinMaxApplication::GetCurrentViolations gives (core/violations.hpp), under the same
+/// conditions. The last two arrays have m entries, the others n; each may be null.
+[[nodiscard]] bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
+                                          Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
+                                          Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x,
+                                          Ipopt::Index m, Ipopt::Number* nlp_constraint_violation,
+                                          Ipopt::Number* compl_g);
+
+/// Base of models that call get_curr_iterate or get_curr_violations in intermediate_callback or
+/// finalize_solution. Ipopt 3.14's TNLP has these functions; here they also work with this
+/// library's applications and with Ipopt 3.11. If Ipopt 3.14 solves the model, Ipopt answers.
+class ObservableTNLP : public Ipopt::TNLP {
+ public:
+  bool get_curr_iterate(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
+                        bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::Number* z_L,
+                        Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
+                        Ipopt::Number* lambda) const;
+  bool get_curr_violations(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
+                           bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
+                           Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
+                           Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x, Ipopt::Index m,
+                           Ipopt::Number* nlp_constraint_violation, Ipopt::Number* compl_g) const;
+};
+
+/// An Ipopt model that says who owns what. One vector of variables, one of constraints, one
+/// objective and one Hessian of the Lagrangian sigma f + lambda' g serve both players.
+class MinMaxTNLP : public ObservableTNLP {
+ public:
+  /// Writes the owner of each variable: n entries, all Min on entry. Returning false or throwing
+  /// INVALID_TNLP stops the solve with Invalid_Problem_Definition; the exception's message is
+  /// reported.
+  virtual bool get_variable_players(Ipopt::Index n, Player* players) = 0;
+
+  /// Changes the owners of constraints: m entries, on entry the defaults (Max if the constraint has
+  /// a Jacobian entry in a Max variable, else Min). A constraint of Min that reads Max variables is
+  /// robust. Fails as get_variable_players.
+  virtual bool get_constraint_players(Ipopt::Index m, Player* players);
+
+  /// Is called instead of intermediate_callback in each iteration of a maximization of a robust
+  /// constraint or of f over y at fixed x; value is the present value. Returning false stops the
+  /// solve, which returns the best finished point.
+  virtual bool maximization_callback(Ipopt::Index iter, Ipopt::Number value);
+};
+
+/// Second base class of an Ipopt model whose functions can be evaluated over boxes of its
+/// variables, as minmax_worst_case_proof needs.
+class ModelOverBoxes {
+ public:
+  virtual ~ModelOverBoxes() = default;
+  [[nodiscard]] virtual const BoxFunctions* over_boxes() = 0;
+};
+
+/// Second base class of an Ipopt model that can evaluate some of its constraints faster than all. A
+/// maximization of a robust constraint over y needs its row and Max's rows. eval_h should skip rows
+/// with lambda 0.
+class ModelByRows {
+ public:
+  virtual ~ModelByRows() = default;
+  /// Writes the values of `count` rows (0-based, ascending) into g (m entries) or, if g is null,
+  /// their entries of the Jacobian into values (nele_jac entries). Other entries may stay as they
+  /// are. Returns false if a function is undefined at x.
+  [[nodiscard]] virtual bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+                                       Ipopt::Index count, const Ipopt::Index* rows, Ipopt::Index m,
+                                       Ipopt::Number* g, Ipopt::Index nele_jac,
+                                       Ipopt::Number* values) = 0;
+  /// Does the same for any model; one that is not a ModelByRows evaluates all rows.
+  [[nodiscard]] static bool eval_rows_of(Ipopt::TNLP& model, Ipopt::Index n, const Ipopt::Number* x,
+                                         bool new_x, Ipopt::Index count, const Ipopt::Index* rows,
+                                         Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
+                                         Ipopt::Number* values);
+};
+
+/// Gives variables and constraints of an unmodified Ipopt model to Max. Every call is passed on to
+/// the model. An index that is out of range or given twice stops the solve with
+/// Invalid_Problem_Definition.
+class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
+ public:
+  /// max_variables: 0-based indices of the variables that the maximizer chooses.
+  /// max_constraints: 0-based indices of constraints given to Max besides the default ones.
+  /// min_constraints: 0-based indices of constraints given to Min; one that reads Max variables is
+  /// robust: it must hold for all of their values (docs/robust_constraints.md).
+  /// Throws std::invalid_argument if model is null.
+  SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Ipopt::Index> max_variables,
+            std::vector<Ipopt::Index> max_constraints = {},
+            std::vector<Ipopt::Index> min_constraints = {});
+
+  SplitTNLP(const SplitTNLP&) = delete;
+  SplitTNLP& operator=(const SplitTNLP&) = delete;
+
+  /// Returns the model that is split.
+  [[nodiscard]] Ipopt::SmartPtr<Ipopt::TNLP> model() const { return model_; }
+
+  [[nodiscard]] const BoxFunctions* over_boxes() override;  // the model's
+  bool get_variable_players(Ipopt::Index n, Player* players) override;
+  bool get_constraint_players(Ipopt::Index m, Player* players) override;
+
+  bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
+                    Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
+  bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_string_md,
+                            IntegerMetaDataMapType& var_integer_md,
+                            NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                            StringMetaDataMapType& con_string_md,
+                            IntegerMetaDataMapType& con_integer_md,
+                            NumericMetaDataMapType& con_numeric_md) override;
+  bool get_bounds_info(Ipopt::Index n, Ipopt::Number* x_l, Ipopt::Number* x_u, Ipopt::Index m,
+                       Ipopt::Number* g_l, Ipopt::Number* g_u) override;
+  bool get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling, Ipopt::Index n,
+                              Ipopt::Number* x_scaling, bool& use_g_scaling, Ipopt::Index m,
+                              Ipopt::Number* g_scaling) override;
+  bool get_variables_linearity(Ipopt::Index n, LinearityType* var_types) override;
+  bool get_constraints_linearity(Ipopt::Index m, LinearityType* const_types) override;
+  bool get_starting_point(Ipopt::Index n, bool init_x, Ipopt::Number* x, bool init_z,
+                          Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m, bool init_lambda,
+                          Ipopt::Number* lambda) override;
+  bool get_warm_start_iterate(Ipopt::IteratesVector& warm_start_iterate) override;
+  bool eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+              Ipopt::Number& obj_value) override;
+  bool eval_grad_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+                   Ipopt::Number* grad_f) override;
+  bool eval_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
+              Ipopt::Number* g) override;
+  bool eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
+                  Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
+                  Ipopt::Number* values) override;
+  bool eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
+              Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda, Ipopt::Index nele_hess,
+              Ipopt::Index* iRow, Ipopt::Index* jCol, Ipopt::Number* values) override;
+  bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index count,
+                 const Ipopt::Index* rows, Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
+                 Ipopt::Number* values) override;  // the model's
+  void finalize_solution(Ipopt::SolverReturn status, Ipopt::Index n, const Ipopt::Number* x,
+                         const Ipopt::Number* z_L, const Ipopt::Number* z_U, Ipopt::Index m,
+                         const Ipopt::Number* g, const Ipopt::Number* lambda,
+                         Ipopt::Number obj_value, const Ipopt::IpoptData* ip_data,
+                         Ipopt::IpoptCalculatedQuantities* ip_cq) override;
+  void finalize_metadata(Ipopt::Index n, const StringMetaDataMapType& var_string_md,
+                         const IntegerMetaDataMapType& var_integer_md,
+                         const NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                         const StringMetaDataMapType& con_string_md,
+                         const IntegerMetaDataMapType& con_integer_md,
+                         const NumericMetaDataMapType& con_numeric_md) override;
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter, Ipopt::Number obj_value,
+                             Ipopt::Number inf_pr, Ipopt::Number inf_du, Ipopt::Number mu,
+                             Ipopt::Number d_norm, Ipopt::Number regularization_size,
+                             Ipopt::Number alpha_du, Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
+                             const Ipopt::IpoptData* ip_data,
+                             Ipopt::IpoptCalculatedQuantities* ip_cq) override;
+  Ipopt::Index get_number_of_nonlinear_variables() override;
+  bool get_list_of_nonlinear_variables(Ipopt::Index num_nonlin_vars,
+                                       Ipopt::Index* pos_nonlin_vars) override;
+
+ private:
+  Ipopt::SmartPtr<Ipopt::TNLP> model_;
+  std::vector<Ipopt::Index> max_variables_;
+  std::vector<Ipopt::Index> max_constraints_;
+  std::vector<Ipopt::Index> min_constraints_;
+  std::vector<std::ptrdiff_t> first_place_;  ///< work
+};
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -1,0 +1,131 @@
+#include "adapter/ipopt/option_registry.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <variant>
+#include <vector>
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+using Number = OptionInfo::Number;
+using Integer = OptionInfo::Integer;
+using Flag = OptionInfo::Flag;
+using Choice = OptionInfo::Choice;
+using Name = OptionInfo::Name;
+
+/// What is said or done of each kind of option.
+template <class... Cases>
+struct Kinds : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Kinds(Cases...) -> Kinds<Cases...>;
+
+constexpr int kLeast = std::numeric_limits<int>::min(), kMost = std::numeric_limits<int>::max();
+
+std::string text_of(double value) {
+  if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+void add_number(Ipopt::RegisteredOptions& registry, const std::string& name,
+                const std::string& text, const Number& o) {
+  const bool bounded_below = std::isfinite(o.lower);
+  const bool bounded_above = std::isfinite(o.upper);
+  if (bounded_below && bounded_above) {
+    registry.AddBoundedNumberOption(name, text, o.lower, o.lower_strict, o.upper, o.upper_strict,
+                                    o.by_default);
+  } else if (bounded_below) {
+    registry.AddLowerBoundedNumberOption(name, text, o.lower, o.lower_strict, o.by_default);
+  } else if (bounded_above) {
+    registry.AddUpperBoundedNumberOption(name, text, o.upper, o.upper_strict, o.by_default);
+  } else {
+    registry.AddNumberOption(name, text, o.by_default);
+  }
+}
+
+void add_integer(Ipopt::RegisteredOptions& registry, const std::string& name,
+                 const std::string& text, const Integer& o) {
+  if (o.lower > kLeast && o.upper < kMost) {
+    registry.AddBoundedIntegerOption(name, text, o.lower, o.upper, o.by_default);
+  } else if (o.lower > kLeast) {
+    registry.AddLowerBoundedIntegerOption(name, text, o.lower, o.by_default);
+  } else if (o.upper < kMost) {
+    registry.AddUpperBoundedIntegerOption(name, text, o.upper, o.by_default);
+  } else {
+    registry.AddIntegerOption(name, text, o.by_default);
+  }
+}
+
+}  // namespace
+
+void register_option(Ipopt::RegisteredOptions& registry, const OptionInfo& info) {
+  registry.SetRegisteringCategory(std::string(info.category));
+  const std::string name(info.name), text(info.text);
+  std::visit(
+      Kinds{[&](const Number& o) { add_number(registry, name, text, o); },
+            [&](const Integer& o) { add_integer(registry, name, text, o); },
+            [&](const Flag&) {
+              registry.AddStringOption2(name, text, default_of(info), "no", "", "yes", "");
+            },
+            [&](const Choice& o) {
+              registry.AddStringOption(name, text, default_of(info),
+                                       {o.names.begin(), o.names.end()},
+                                       {o.texts.begin(), o.texts.end()});
+            },
+            [&](const Name&) { registry.AddStringOption1(name, text, default_of(info), "*", ""); }},
+      info.kind);
+}
+
+std::string type_of(const OptionInfo& info) {
+  return std::visit(
+      Kinds{[](const Number&) { return "number"; }, [](const Integer&) { return "integer"; },
+            [](const Flag&) { return "yes/no"; }, [](const Choice&) { return "choice"; },
+            [](const Name&) { return "name"; }},
+      info.kind);
+}
+
+std::string range_of(const OptionInfo& info) {
+  if (const auto* o = std::get_if<Number>(&info.kind)) {
+    return (o->lower_strict ? "(" : "[") + text_of(o->lower) + ", " + text_of(o->upper) +
+           (o->upper_strict ? ")" : "]");
+  }
+  if (const auto* o = std::get_if<Integer>(&info.kind)) {
+    return (o->lower > kLeast ? "[" + std::to_string(o->lower) : "(-inf") + ", " +
+           (o->upper < kMost ? std::to_string(o->upper) + "]" : "inf)");
+  }
+  return {};
+}
+
+std::string default_of(const OptionInfo& info) {
+  return std::visit(Kinds{[](const Number& o) { return text_of(o.by_default); },
+                          [](const Integer& o) { return std::to_string(o.by_default); },
+                          [](const Flag& o) { return std::string(o.by_default ? "yes" : "no"); },
+                          [](const Choice& o) { return std::string(o.names.at(o.by_default)); },
+                          [](const Name& o) { return std::string(o.by_default); }},
+                    info.kind);
+}
+
+std::optional<std::string> value_of(const OptionInfo& info, const Ipopt::OptionsList& list) {
+  const std::string name(info.name);
+  if (std::holds_alternative<Number>(info.kind)) {
+    double value = 0.0;
+    return list.GetNumericValue(name, value, "") ? std::optional(text_of(value)) : std::nullopt;
+  }
+  if (std::holds_alternative<Integer>(info.kind)) {
+    Ipopt::Index value = 0;
+    return list.GetIntegerValue(name, value, "") ? std::optional(std::to_string(value))
+                                                 : std::nullopt;
+  }
+  std::string value;
+  return list.GetStringValue(name, value, "") ? std::optional(value) : std::nullopt;
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

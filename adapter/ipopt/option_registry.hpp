@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <IpOptionsList.hpp>
+#include <IpRegOptions.hpp>
+
+#include "../../core/options.hpp"
+#include "ipopt_version.hpp"
+
+/// @file
+/// Options, whosever they are, as Ipopt's registry has them and as texts.
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+
+/// Registers an option under its category, with its type, range, values and default.
+void register_option(Ipopt::RegisteredOptions& registry, const OptionInfo& info);
+
+/// "number", "integer", "yes/no", "choice" or "name".
+[[nodiscard]] std::string type_of(const OptionInfo& info);
+/// "(0, inf)"; empty unless a number or an integer.
+[[nodiscard]] std::string range_of(const OptionInfo& info);
+/// Numbers with the fewest digits that read back as the same.
+[[nodiscard]] std::string default_of(const OptionInfo& info);
+/// The value in the list as default_of writes it; none: it was not set.
+[[nodiscard]] std::optional<std::string> value_of(const OptionInfo& info,
+                                                  const Ipopt::OptionsList& list);
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

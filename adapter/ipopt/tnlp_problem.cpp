@@ -1,0 +1,397 @@
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+
+#include "adapter/ipopt/tnlp_problem.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+constexpr Index kNotSet = std::numeric_limits<Index>::min();
+std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
+
+/// Models tell the structure call from the value call by which pointers are null, so an empty array
+/// needs an address too.
+template <class T>
+T* address(std::span<T> values) {
+  static std::remove_const_t<T> nothing{};
+  return values.empty() ? &nothing : values.data();
+}
+template <class T>
+T* address(std::vector<T>& values) {
+  return address(std::span<T>(values));
+}
+
+std::string number(Index i) { return std::to_string(i); }
+
+/// What is wrong with owners that a model has written, if anything.
+std::string not_a_player(const char* method, const char* kind, const std::vector<Player>& players) {
+  for (std::size_t i = 0; i < players.size(); ++i) {
+    if (players[i] == Player::Min || players[i] == Player::Max) continue;
+    return std::string(method) + " gives " + kind + " " + std::to_string(i) + " the owner " +
+           std::to_string(static_cast<int>(players[i])) + ", which is no player";
+  }
+  return {};
+}
+
+/// One matrix of the model, as its structure call left it.
+struct StructureCall {
+  const char* matrix;  ///< "Jacobian" or "Hessian"
+  const std::vector<Index>& rows;
+  const std::vector<Index>& cols;
+  Index row_count = 0;
+  Index col_count = 0;
+  Index first = 0;  ///< 0 for C_STYLE, 1 for FORTRAN_STYLE
+
+  [[nodiscard]] bool in_range(Index i, Index count) const {
+    return i >= first && i - first < count;
+  }
+  [[nodiscard]] std::string range(Index count) const {
+    if (count == 0) return "none exist";
+    return number(first) + " to " + number(count - 1 + first);
+  }
+
+  [[nodiscard]] std::string error_of(std::size_t k) const {
+    const std::string entry = std::string(matrix) + " entry " + std::to_string(k);
+    if (rows[k] == kNotSet || cols[k] == kNotSet) return entry + " was not set by the model";
+    return entry + " is at row " + number(rows[k]) + ", column " + number(cols[k]) +
+           ", outside the matrix (rows " + range(row_count) + ", columns " + range(col_count) +
+           (first == 0 ? ", C style)" : ", Fortran style)");
+  }
+
+  /// 0-based. Returns what is wrong when an entry is outside the matrix.
+  [[nodiscard]] std::string read(std::vector<Triplet>& triplets) const {
+    triplets.resize(rows.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count)) {
+        triplets.clear();
+        return error_of(k);
+      }
+      triplets[k] = {rows[k] - first, cols[k] - first};
+    }
+    return {};
+  }
+};
+
+std::vector<std::string> names_of(const Ipopt::TNLP::StringMetaDataMapType& strings, Index count) {
+  const auto names = strings.find("idx_names");
+  if (names == strings.end() || names->second.size() != size_of(count)) return {};
+  return names->second;
+}
+
+/// What an option may list. Names of another number than count are not used.
+ListedItems listed_items(std::string_view what, Index count, const std::vector<std::string>& names,
+                         const Ipopt::TNLP::StringMetaDataMapType& strings) {
+  const auto given = strings.find("idx_names");
+  return {what, count, &names, given != strings.end() ? given->second.size() : 0};
+}
+
+/// Players from the metadata "player", when there. what: "variable" or "constraint".
+std::string read_players(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
+                         const std::string& what, std::vector<Player>& players) {
+  const auto found = integers.find("player");
+  if (found == integers.end()) return {};
+  const auto& values = found->second;
+  const std::string metadata = what + " metadata \"player\"";
+  if (values.size() != players.size()) {
+    return metadata + " has " + std::to_string(values.size()) + " values for " +
+           std::to_string(players.size()) + " " + what + "s";
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] != 0 && values[i] != 1) {
+      return metadata + " is " + number(values[i]) + " at index " + std::to_string(i) +
+             "; it must be 0 (Min) or 1 (Max)";
+    }
+    players[i] = values[i] == 1 ? Player::Max : Player::Min;
+  }
+  return {};
+}
+
+}  // namespace
+
+TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options,
+                         HessianApproximation hessian)
+    : model_(model), options_(std::move(options)), hessian_source_(hessian) {}
+
+bool TnlpProblem::is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
+                        HessianApproximation hessian) const {
+  return Ipopt::GetRawPtr(model_) == Ipopt::GetRawPtr(model) && options_ == options &&
+         hessian_source_ == hessian;
+}
+
+std::string TnlpProblem::load() {
+  try {
+    return load_parts();
+  } catch (const Ipopt::TNLP::INVALID_TNLP& error) {
+    return error.Message();
+  }
+}
+
+std::string TnlpProblem::load_parts() {
+  started_ = false;
+  if (auto error = load_sizes(); !error.empty()) return error;
+  load_metadata();
+  if (auto error = load_bounds(); !error.empty()) return error;
+  if (auto error = load_jacobian_structure(); !error.empty()) return error;
+  if (auto error = load_hessian_structure(); !error.empty()) return error;
+  if (auto error = load_players(); !error.empty()) return error;
+  return load_bounds();  // Ipopt asks twice
+}
+
+std::string TnlpProblem::load_sizes() {
+  if (!model_->get_nlp_info(n_, m_, jacobian_entries_, hessian_entries_, index_style_)) {
+    return "get_nlp_info returned false";
+  }
+  const std::array<std::pair<const char*, Index>, 4> sizes{
+      {{"n", n_}, {"m", m_}, {"nnz_jac_g", jacobian_entries_}, {"nnz_h_lag", hessian_entries_}}};
+  for (const auto& [name, size] : sizes) {
+    if (size < 0) return "get_nlp_info set " + std::string(name) + " = " + number(size);
+  }
+  if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE) {
+    return "get_nlp_info set index_style = " + number(static_cast<Index>(index_style_));
+  }
+  return {};
+}
+
+void TnlpProblem::load_metadata() {
+  Metadata& v = variable_metadata_;
+  Metadata& g = constraint_metadata_;
+  v = {};
+  g = {};
+  if (!model_->get_var_con_metadata(n_, v.strings, v.integers, v.numbers, m_, g.strings, g.integers,
+                                    g.numbers)) {
+    v = {};
+    g = {};
+  }
+  structure_.variable_names = names_of(v.strings, n_);
+  structure_.constraint_names = names_of(g.strings, m_);
+}
+
+std::string TnlpProblem::load_bounds() {
+  // NaN marks what the model leaves unset; the core names it.
+  structure_.variable_lower.assign(size_of(n_), kNaN);
+  structure_.variable_upper.assign(size_of(n_), kNaN);
+  structure_.constraint_lower.assign(size_of(m_), kNaN);
+  structure_.constraint_upper.assign(size_of(m_), kNaN);
+  if (!model_->get_bounds_info(
+          n_, address(structure_.variable_lower), address(structure_.variable_upper), m_,
+          address(structure_.constraint_lower), address(structure_.constraint_upper))) {
+    return "get_bounds_info returned false";
+  }
+  return {};
+}
+
+void TnlpProblem::expect_entries(Index entries) {
+  rows_.assign(size_of(entries), kNotSet);
+  cols_.assign(size_of(entries), kNotSet);
+}
+
+std::string TnlpProblem::load_jacobian_structure() {
+  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
+  expect_entries(jacobian_entries_);
+  has_no_jacobian_ = !model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(rows_),
+                                         address(cols_), nullptr);
+  if (has_no_jacobian_) {
+    return "eval_jac_g returned false when asked for the structure of the Jacobian";
+  }
+  return StructureCall{"Jacobian", rows_, cols_, m_, n_, first}.read(structure_.jacobian);
+}
+
+std::string TnlpProblem::load_hessian_structure() {
+  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
+  structure_.has_hessian = true;
+  structure_.nonlinear_variables.reset();
+  expect_entries(hessian_entries_);
+  if (hessian_source_ == HessianApproximation::LimitedMemory ||
+      !model_->eval_h(n_, nullptr, false, 0.0, m_, nullptr, false, hessian_entries_, address(rows_),
+                      address(cols_), nullptr)) {
+    structure_.has_hessian = false;  // what a TNLP without eval_h does
+    structure_.hessian.clear();
+    hessian_entries_ = 0;
+    return load_nonlinear_variables();
+  }
+  return StructureCall{"Hessian", rows_, cols_, n_, n_, first}.read(structure_.hessian);
+}
+
+std::string TnlpProblem::load_nonlinear_variables() {
+  const Index count = model_->get_number_of_nonlinear_variables();
+  if (count < 0) return {};
+  if (count > n_) {
+    return "get_number_of_nonlinear_variables returned " + number(count) + " of " + number(n_) +
+           " variables";
+  }
+  std::vector<Index> variables(size_of(count), kNotSet);
+  if (!model_->get_list_of_nonlinear_variables(count, address(variables))) {
+    return "get_list_of_nonlinear_variables returned false";
+  }
+  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
+  for (Index& i : variables) {
+    if (i < first || i - first >= n_) {
+      return i == kNotSet
+                 ? "get_list_of_nonlinear_variables left an entry unset"
+                 : "get_list_of_nonlinear_variables lists variable " + number(i) +
+                       ", but the variables are " + number(first) + " to " + number(n_ - 1 + first);
+    }
+    i -= first;
+  }
+  structure_.nonlinear_variables = std::move(variables);
+  return {};
+}
+
+std::string TnlpProblem::load_players() {
+  auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_));
+  std::string error = load_variable_players(model);
+  return error.empty() ? load_constraint_players(model) : error;
+}
+
+std::string TnlpProblem::load_variable_players(MinMaxTNLP* model) {
+  auto& players = structure_.variable_players;
+  players.assign(size_of(n_), Player::Min);
+  implied_players_ = players;
+  const StatedPlayers stated{model != nullptr ? "get_variable_players" : "metadata \"player\"",
+                             implied_players_};
+  std::string error;
+  if (model == nullptr) {
+    error = read_players(variable_metadata_.integers, "variable", players);
+  } else if (!model->get_variable_players(n_, address(players))) {
+    error = "get_variable_players returned false";
+  } else {
+    error = not_a_player("get_variable_players", "variable", players);
+  }
+  if (!error.empty()) return error;
+  return apply_player_option(
+      "minmax_max_variables", options_.max_variables,
+      listed_items("variable", n_, structure_.variable_names, variable_metadata_.strings), stated,
+      players);
+}
+
+std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
+  auto& players = structure_.constraint_players;
+  implied_constraint_players(structure_, players);
+  implied_players_ = players;
+  const StatedPlayers stated{model != nullptr ? "get_constraint_players" : "metadata \"player\"",
+                             implied_players_};
+  std::string error;
+  if (model == nullptr) {
+    error = read_players(constraint_metadata_.integers, "constraint", players);
+  } else if (!model->get_constraint_players(m_, address(players))) {
+    error = "get_constraint_players returned false";
+  } else {
+    error = not_a_player("get_constraint_players", "constraint", players);
+  }
+  if (!error.empty()) return error;
+  const ListedItems items =
+      listed_items("constraint", m_, structure_.constraint_names, constraint_metadata_.strings);
+  error = apply_player_option("minmax_max_constraints", options_.max_constraints, items, stated,
+                              players);
+  return error.empty() ? apply_min_constraints(options_, items, players) : error;
+}
+
+bool TnlpProblem::starting_point(StartingPoint& start) {
+  const bool warm = start.needs_multipliers;
+  // What is not asked for still gets an array, as from Ipopt.
+  unread_z_lower_.assign(warm ? 0 : size_of(n_), 0.0);
+  unread_z_upper_.assign(warm ? 0 : size_of(n_), 0.0);
+  unread_lambda_.assign(warm ? 0 : size_of(m_), 0.0);
+  double* z_lower = warm ? address(start.z_lower) : address(unread_z_lower_);
+  double* z_upper = warm ? address(start.z_upper) : address(unread_z_upper_);
+  double* lambda = warm ? address(start.lambda) : address(unread_lambda_);
+  if (!model_->get_starting_point(n_, true, address(start.v), warm, z_lower, z_upper, m_, warm,
+                                  lambda)) {
+    return false;
+  }
+  start_.assign(start.v.begin(), start.v.end());
+  started_ = true;
+  return true;
+}
+
+bool TnlpProblem::user_scaling(UserScaling& scaling) {
+  bool scale_variables = false;
+  bool scale_constraints = false;
+  scaling.objective = 1.0;
+  scaling.variables.assign(size_of(n_), 1.0);
+  scaling.constraints.assign(size_of(m_), 1.0);
+  const bool ok = model_->get_scaling_parameters(scaling.objective, scale_variables, n_,
+                                                 address(scaling.variables), scale_constraints, m_,
+                                                 address(scaling.constraints));
+  if (!scale_variables) scaling.variables.clear();
+  if (!scale_constraints) scaling.constraints.clear();
+  return ok;
+}
+
+bool TnlpProblem::objective(std::span<const double> v, bool new_v, double& f) {
+  return model_->eval_f(n_, address(v), new_v, f);
+}
+
+bool TnlpProblem::gradient(std::span<const double> v, bool new_v, std::span<double> grad) {
+  return model_->eval_grad_f(n_, address(v), new_v, address(grad));
+}
+
+bool TnlpProblem::constraints(std::span<const double> v, bool new_v, std::span<double> g) {
+  return model_->eval_g(n_, address(v), new_v, m_, address(g));
+}
+
+bool TnlpProblem::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
+  return model_->eval_jac_g(n_, address(v), new_v, m_, jacobian_entries_, nullptr, nullptr,
+                            address(values));
+}
+
+bool TnlpProblem::constraint_rows(std::span<const Index> rows, std::span<const double> v,
+                                  bool new_v, std::span<double> g) {
+  return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v, static_cast<Index>(rows.size()),
+                                   address(rows), m_, address(g), jacobian_entries_, nullptr);
+}
+
+bool TnlpProblem::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
+                                std::span<double> values) {
+  return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v, static_cast<Index>(rows.size()),
+                                   address(rows), m_, nullptr, jacobian_entries_, address(values));
+}
+
+bool TnlpProblem::hessian(std::span<const double> v, bool new_v, double sigma,
+                          std::span<const double> lambda, bool new_lambda,
+                          std::span<double> values) {
+  return model_->eval_h(n_, address(v), new_v, sigma, m_, address(lambda), new_lambda,
+                        hessian_entries_, nullptr, nullptr, address(values));
+}
+
+const BoxFunctions* TnlpProblem::over_boxes() const {
+  auto* model = dynamic_cast<ModelOverBoxes*>(Ipopt::GetRawPtr(model_));
+  return model != nullptr ? model->over_boxes() : nullptr;
+}
+
+bool TnlpProblem::report(const IterationInfo& info) {
+  if (info.over_y) {
+    auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_));
+    return model == nullptr || model->maximization_callback(info.iteration, info.objective);
+  }
+  return model_->intermediate_callback(
+      info.restoration ? Ipopt::RestorationPhaseMode : Ipopt::RegularMode, info.iteration,
+      info.objective, info.error.primal, std::max(info.error.dual_min, info.error.dual_max),
+      info.mu, info.step_norm, std::max(info.delta_x, info.delta_y), info.alpha_dual,
+      info.alpha_primal, info.trials, nullptr, nullptr);
+}
+
+void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
+  const Metadata& v = variable_metadata_;
+  const Metadata& g = constraint_metadata_;
+  model_->finalize_metadata(n_, v.strings, v.integers, v.numbers, m_, g.strings, g.integers,
+                            g.numbers);
+
+  // Without a point: the start, the rest NaN.
+  unknown_.assign(size_of(std::max({n_, m_, 1})), kNaN);
+  const auto address_of = [&](const std::vector<double>& values, Index length) {
+    return values.size() == size_of(length) && length > 0 ? values.data() : unknown_.data();
+  };
+  const bool solved = result.v.size() == size_of(n_);
+  model_->finalize_solution(status, n_, address_of(solved ? result.v : start_, n_),
+                            address_of(result.z_lower, n_), address_of(result.z_upper, n_), m_,
+                            address_of(result.constraints, m_), address_of(result.lambda, m_),
+                            result.objective, nullptr, nullptr);
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

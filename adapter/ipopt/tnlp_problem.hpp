@@ -1,0 +1,116 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "../../core/options.hpp"
+#include "../../core/problem.hpp"
+#include "../../core/solver.hpp"
+#include "minmax_tnlp.hpp"
+#include "player_lists.hpp"
+
+namespace IPMINMAX_API ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+
+/// An Ipopt model as the core sees it. Calls the model in Ipopt's order:
+///   1. load: get_nlp_info, get_var_con_metadata, get_bounds_info, structure of eval_jac_g,
+///      structure of eval_h (where it returns false, the nonlinear variables instead), players,
+///      get_bounds_info again
+///   2. starting_point and evaluations, while the core solves; report after each iteration
+///   3. finalize: finalize_metadata, finalize_solution
+/// Exceptions of the model pass through.
+class TnlpProblem : public Problem {
+ public:
+  /// model: a MinMaxTNLP, or a plain TNLP: then every variable is Min unless the model's integer
+  /// variable metadata "player" says otherwise (n entries, 0 Min, 1 Max; the same for constraints).
+  /// options: what minmax_max_variables and minmax_max_constraints list; an error when the model's
+  /// own players disagree.
+  /// hessian: with LimitedMemory eval_h is never called, as in Ipopt.
+  explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options = {},
+                       HessianApproximation hessian = HessianApproximation::Unset);
+
+  /// Reads everything that does not change during a solve. Returns what is wrong with it, empty
+  /// when nothing is. To be called before anything else, and again before another solve.
+  [[nodiscard]] std::string load();
+  /// Whether what is wrong is that eval_jac_g gave no structure: Ipopt since 3.14.13 has a status of
+  /// its own for that.
+  [[nodiscard]] bool has_no_jacobian() const { return has_no_jacobian_; }
+  /// Whether it is what the constructor makes of these.
+  [[nodiscard]] bool is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
+                           HessianApproximation hessian) const;
+
+  /// Passes the iteration on to intermediate_callback or maximization_callback; false when the model wants to stop.
+  [[nodiscard]] bool report(const IterationInfo& info);
+
+  /// Whether the model has given a starting point.
+  [[nodiscard]] bool started() const { return started_; }
+
+  /// Hands the answer to the model. Where the result has no vectors (an exception, functions
+  /// undefined at the start) x is the last point at which first derivatives were asked for, and
+  /// multipliers and constraint values are zero, as in Ipopt.
+  void finalize(Ipopt::SolverReturn status, const Result& result);
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override;
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override;
+  [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
+                              std::span<double> grad) override;
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override;
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override;
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v,
+                                     bool new_v, std::span<double> g) override;
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v,
+                                   bool new_v, std::span<double> values) override;
+  [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
+                             std::span<const double> lambda, bool new_lambda,
+                             std::span<double> values) override;
+  [[nodiscard]] const BoxFunctions* over_boxes() const override;
+
+ private:
+  struct Metadata {
+    Ipopt::TNLP::StringMetaDataMapType strings;
+    Ipopt::TNLP::IntegerMetaDataMapType integers;
+    Ipopt::TNLP::NumericMetaDataMapType numbers;
+  };
+
+  // Each returns what is wrong, empty when nothing is.
+  [[nodiscard]] std::string load_parts();
+  [[nodiscard]] std::string load_sizes();
+  void load_metadata();
+  [[nodiscard]] std::string load_bounds();
+  /// Room for so many entries of a matrix, none of them set.
+  void expect_entries(Index entries);
+  [[nodiscard]] std::string load_jacobian_structure();
+  [[nodiscard]] std::string load_hessian_structure();
+  [[nodiscard]] std::string load_nonlinear_variables();
+  [[nodiscard]] std::string load_players();
+  [[nodiscard]] std::string load_variable_players(MinMaxTNLP* model);
+  [[nodiscard]] std::string load_constraint_players(MinMaxTNLP* model);
+
+  Ipopt::SmartPtr<Ipopt::TNLP> model_;
+  PlayerOptions options_;
+  HessianApproximation hessian_source_;
+  Index n_ = 0;
+  Index m_ = 0;
+  Index jacobian_entries_ = 0;
+  Index hessian_entries_ = 0;
+  Ipopt::TNLP::IndexStyleEnum index_style_ = Ipopt::TNLP::C_STYLE;
+  Metadata variable_metadata_;
+  Metadata constraint_metadata_;
+  ProblemStructure structure_;
+  bool started_ = false;
+  bool has_no_jacobian_ = false;
+  std::vector<double> start_;  ///< the model's
+  // Kept from call to call
+  std::vector<Index> rows_, cols_;       ///< of a matrix, as its structure call left them
+  std::vector<Player> implied_players_;  ///< where the model says nothing
+  std::vector<double> unread_z_lower_, unread_z_upper_, unread_lambda_;  ///< of a cold start
+  std::vector<double> unknown_;                                          ///< NaN
+};
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

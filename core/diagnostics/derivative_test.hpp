@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "../options.hpp"
+#include "../problem.hpp"
+#include "../result.hpp"
+
+namespace IPMINMAX_API ipminmax {
+
+/// What the derivative test says about one entry.
+enum class DerivativeFinding : std::uint8_t {
+  Agrees,
+  Differs,  ///< relative error above derivative_test_tol
+  Missing   ///< not in the structure, but differences show that it is not zero
+};
+
+/// One partial derivative: of f or g_k, first or second.
+struct DerivativeEntry {
+  Index constraint = -1;       ///< k, -1 for the objective
+  Index variable = 0;          ///< first derivative: in this variable; second: the row
+  Index second_variable = -1;  ///< column of a second derivative, -1 for a first one
+  DerivativeFinding finding = DerivativeFinding::Agrees;
+  double exact = 0.0;           ///< the model's value, 0 when missing
+  double approximate = 0.0;     ///< by differences
+  double relative_error = 0.0;  ///< |exact - approximate| / max(1, |approximate|)
+  /// The constraint belongs to Min and the variable to Max, yet the constraint varies with it.
+  bool crosses_players = false;
+};
+
+/// Outcome of the derivative test.
+struct DerivativeReport {
+  std::string failure;     ///< why nothing could be tested, empty when it could
+  std::vector<double> v;   ///< the point of the test, n
+  Index first_tested = 0;  ///< first derivatives compared
+  Index first_wrong = 0;
+  Index second_tested = 0;  ///< second derivatives compared
+  Index second_wrong = 0;
+  /// Wrong entries, or all that were compared with derivative_test_print_all; first derivatives by
+  /// variable, then second ones by function.
+  std::vector<DerivativeEntry> entries;
+  /// Parts that were left out, with the reason (no second derivatives, undefined differences).
+  std::vector<std::string> remarks;
+};
+
+/// Compares the model's derivatives with forward differences, as Ipopt's derivative checker: at a
+/// random point within point_perturbation_radius of the starting point and within the bounds, with
+/// steps derivative_test_perturbation max(1, |v|), away from a bound or an undefined point. An
+/// entry is wrong when its relative error is at least derivative_test_tol and more than rounding
+/// explains.
+///
+/// Rows outside the structures are compared with zero, so a nonzero that the Jacobian or the
+/// Hessian misses is found, and with it a Min constraint that varies with a Max variable. Second
+/// derivatives of f and of every g_k are tested one by one.
+[[nodiscard]] DerivativeReport test_derivatives(Problem& problem, const SolverOptions& options);
+
+/// Whether the functions of a certified game change beside the answer as the first derivatives
+/// there say, along one generic direction: a wrong sign of a slope over y, shared by second
+/// derivatives, makes a minimum over y look like a maximum, and at the stationary answer itself
+/// nothing shows it. Where they disagree the certificate is withdrawn, with a reason and in the
+/// message. For the first solve of a model, as front ends make it: five values and one gradient of
+/// all functions, counted in the result. Exceptions of the model pass through.
+void check_first_derivatives(Problem& problem, const SolverOptions& options, Result& result);
+
+/// "Jacobian of constraint 0 (balance) of Min in variable 2 (y) of Max"; names where there are
+/// some.
+[[nodiscard]] std::string describe(const DerivativeEntry& entry, const ProblemStructure& structure);
+
+}  // namespace ipminmax

@@ -1,0 +1,134 @@
+#include "core/diagnostics/diagnosis.hpp"
+
+#include <cstdio>
+#include <string>
+
+#include "core/certificate/scaling.hpp"
+#include "core/diagnostics/remarks.hpp"
+#include "core/differences/directional_check.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/model/forwarding_problem.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/point/point.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Longest entry of a step, over the size of the variables, for central differences of values.
+constexpr double kStepOfValues = 1e-5;
+
+bool may_be_due_to_derivatives(Status status) {
+  using enum Status;
+  switch (status) {
+    case NotLocalMinmax:
+    case NoLocalMinmaxFound:
+    case InnerUnbounded:
+    case OuterUnbounded:
+    case DivergingIterates:
+    case LocallyInfeasible:
+    case InnerInfeasible:
+    case MaxIterations:
+    case TinyStep:
+    case RestorationFailed:
+    case InertiaCorrectionFailed:
+    case LinearSolverFailed:
+      return true;
+    default:
+      return false;
+  }
+}
+
+SolverOptions unscaled_at_the_point(SolverOptions options) {
+  options.nlp_scaling_method = Scaling::None;
+  options.warm_start_init_point = true;
+  options.warm_start_bound_push = options.warm_start_bound_frac = parameters::kConstant;
+  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = parameters::kConstant;
+  options.warm_start_mult_init_max = 1e20;
+  return options;
+}
+
+bool is_finite(const Result& result) {
+  return all_finite(result.v) && all_finite(result.lambda) && all_finite(result.z_lower) &&
+         all_finite(result.z_upper);
+}
+
+std::string beside(const Deviation& found) {
+  char text[96];
+  std::snprintf(text, sizeof text, " (%.3g along a small step, differences say %.3g)", found.exact,
+                found.difference);
+  return text;
+}
+
+/// here: first derivatives at v.
+std::string find_wrong_gradient(CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                                const Evaluation& here, const char* where) {
+  const auto wrong =
+      compare_first_derivatives(canonical, v, here, generic_step(canonical, v, kStepOfValues));
+  if (!wrong) return {};
+  const std::string of = wrong->index < 0 ? "the objective" : canonical.row_name(wrong->index);
+  return "the gradient of " + of + " looks wrong " + where + beside(*wrong) +
+         "\ntry derivative_test first-order";
+}
+
+std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
+  const Eigen::VectorXd v = canonical.starting_point().v;
+  const Eigen::VectorXd lambda = canonical.starting_point().lambda;
+  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
+  if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
+  if (auto wrong = find_wrong_gradient(canonical, v, here, "at the last point"); !wrong.empty()) {
+    return wrong;
+  }
+  if (!has_hessian || canonical.second_derivatives(v, lambda, here) != EvaluationStatus::Ok) {
+    return {};
+  }
+  const VariableScaling scaling = variable_scaling(canonical, v, here);
+  DifferenceArrays arrays;
+  if (const auto wrong = compare_second_derivatives(canonical, v, lambda, here,
+                                                    generic_step(canonical, v, parameters::kHardly),
+                                                    scaling.variable, parameters::kTrace, arrays)) {
+    return "the second derivatives in " + canonical.column_name(wrong->index) +
+           " look wrong at the last point" + beside(*wrong) + "\ntry derivative_test second-order";
+  }
+  return "first and second derivatives agree with differences there";
+}
+
+}  // namespace
+
+void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result) {
+  if (!may_be_due_to_derivatives(result.status) || result.v.empty() || !is_finite(result)) return;
+  const bool has_hessian = problem.structure().has_hessian &&
+                           (options.hessian_approximation == HessianApproximation::Unset ||
+                            options.hessian_approximation == HessianApproximation::Exact);
+  std::string help = unmet_by_max(problem.structure(), options, result);
+  if (help.empty()) {
+    help = remedies(problem.structure(), result);
+  } else {
+    result.message.clear();  // which speaks of kinks
+  }
+  AtResult at(problem, &result);
+  const SolverOptions own = unscaled_at_the_point(options);
+  CanonicalProblem canonical(at, own, result.counts, result.timing);
+  const std::string verdict =
+      canonical.build().empty() ? find_wrong_derivative(canonical, has_hessian) : "";
+  for (const std::string& text : {verdict, help}) {
+    if (text.empty()) continue;
+    if (result.message.empty()) result.message = std::string(name_of(result.status));
+    result.message += "\n" + text;
+  }
+}
+
+std::string wrong_gradient_beside(Problem& problem, const SolverOptions& options, Result& result) {
+  if (!is_finite(result)) return {};
+  AtResult at(problem, &result);
+  const SolverOptions own = unscaled_at_the_point(options);
+  CanonicalProblem canonical(at, own, result.counts, result.timing);
+  if (!canonical.build().empty()) return {};
+  const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, parameters::kTrace);
+  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
+  if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
+  return find_wrong_gradient(canonical, v, here, "beside the answer");
+}
+
+}  // namespace ipminmax
