@@ -48,6 +48,16 @@ struct Scaler {
         (d[i] == kUnknown ? d[i] : d[j]) = inverse(entry * std::max(d[i], d[j]));
       }
     });
+    for (int sweep = 0; sweep < kFew; ++sweep) {
+      Vector& norms = arrays.norms;
+      norms.setZero(d.size());
+      for_own(max, [&](Index i, Index j, double entry) {
+        norms[i] = std::max(norms[i], entry * (d[i] == kUnknown ? 1.0 : d[i]) * d[j]);
+        norms[j] = std::max(norms[j], entry * (d[j] == kUnknown ? 1.0 : d[j]) * d[i]);
+      });
+      if (!(norms.size() > 0 && norms.maxCoeff() > 1.0)) break;
+      d.array() /= norms.array().max(1.0).sqrt();
+    }
   }
 
   /// Variables without curvature from the other player's, whose lengths are known; two that are

@@ -11,8 +11,8 @@ namespace ipminmax {
 
 using Vector = Eigen::VectorXd;
 
-/// Scaled variables: each one with curvature has an entry of W_yy, W_xx or W_xy of about one, and a
-/// definite W none that is larger. So "little curvature" means the same in all units of the model.
+/// Scaled variables: no entry of W_yy, W_xx and W_xy exceeds 1, and each variable with curvature
+/// has an entry of about that size. So "little curvature" means the same in all units of the model.
 struct VariableScaling {
   Vector variable;    ///< per canonical variable; a slack's is its constraint's
   Vector constraint;  ///< per canonical constraint
