@@ -58,6 +58,15 @@ class InertiaCorrection {
   [[nodiscard]] const ShiftMemory& memory() const { return last_; }
   void remember(const ShiftMemory& memory) { last_ = memory; }
 
+  /// Forgets all that earlier corrections have shown.
+  void begin_anew() {
+    last_ = {};
+    failed_y_ = 0.0;
+    findings_ = {};
+    dependent_x_ = 0;
+    stuck_ = {};
+  }
+
   /// Of the last correct.
   [[nodiscard]] const ShiftFindings& findings() const { return findings_; }
 

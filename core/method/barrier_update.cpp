@@ -9,13 +9,22 @@ BarrierUpdate::BarrierUpdate(const MethodContext& context, const Point& first)
     : context_(context),
       least_(final_barrier(context.options, context.canonical.objective_scale())),
       mu_(std::max(context.options.mu_init, least_)) {
-  if (context.options.mu_strategy != BarrierStrategy::Adaptive) return;
-  const Complementarity products = complementarity_of(context_.canonical, first.iterate);
-  if (products.bounds == 0) return;
+  if (context.options.mu_strategy == BarrierStrategy::Adaptive)
+    static_cast<void>(change_rule(first));
+}
+
+bool BarrierUpdate::change_rule(const Point& point) {
+  const Complementarity products = complementarity_of(context_.canonical, point.iterate);
+  if (products.bounds == 0) return false;
+  if (adaptive_) {
+    adaptive_.reset();
+    return true;
+  }
   adaptive_.emplace(context_.options, least_,
                     least_adaptive_barrier(context_.options, context_.canonical.objective_scale()),
                     products.average);
   rhs_ = step_ = affine_ = zero_step(context_.canonical);
+  return true;
 }
 
 void BarrierUpdate::begin_anew() {

@@ -20,6 +20,8 @@ class BarrierUpdate {
   [[nodiscard]] bool update(const Point& point, const StepReport& last);
   /// Another search begins: with the first parameter.
   void begin_anew();
+  /// The other mu_strategy from this point on. False: without bounds there is none.
+  [[nodiscard]] bool change_rule(const Point& point);
   /// The iterates have moved elsewhere: earlier ones no longer compare.
   void forget_progress();
   /// At a first-order point: the oracle's parameter may be far above the complementarity reached.

@@ -27,21 +27,50 @@ bool Filter::switches(const Merit& from, double slope, double alpha) {
          alpha * std::pow(-slope, filter::kPhiPower) > std::pow(from.theta, filter::kThetaPower);
 }
 
+bool Filter::is_armijo(const Merit& from, double slope, double alpha) const {
+  return from.theta <= theta_min_ && switches(from, slope, alpha);
+}
+
+std::optional<double> Filter::demanded(bool armijo, const Merit& from, double slope, double alpha,
+                                       double theta) {
+  if (armijo) return filter::kGammaPhi * alpha * slope;
+  const bool theta_falls = at_most(theta, (1.0 - filter::kGammaTheta) * from.theta, from.theta);
+  return theta_falls ? std::nullopt : std::optional(-filter::kGammaPhi * from.theta);
+}
+
+double Filter::most_increase(const Merit& from) const {
+  if (!minimizes_) return kInfinity;
+  return filter::kMostIncrease * std::max(10.0, std::abs(from.phi));
+}
+
 Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, const Merit& to) const {
   if (!std::isfinite(to.phi) || !std::isfinite(to.theta)) return Verdict::Reject;
-  const double most_increase = filter::kMostIncrease * std::max(10.0, std::abs(from.phi));
-  if (minimizes_ && to.phi - from.phi > most_increase) return Verdict::Reject;
-  const bool phi_falls = at_most(to.phi - from.phi, filter::kGammaPhi * alpha * slope, from.phi);
-  const bool on_phi = switches(from, slope, alpha);
-  const bool armijo = from.theta <= theta_min_ && on_phi;
-  // Eq. (20), else eq. (18).
-  const bool progress =
-      armijo ? phi_falls
-             : at_most(to.theta, (1.0 - filter::kGammaTheta) * from.theta, from.theta) ||
-                   at_most(to.phi - from.phi, -filter::kGammaPhi * from.theta, from.phi);
-  if (!progress || !acceptable(to)) return Verdict::Reject;
+  if (to.phi - from.phi > most_increase(from)) return Verdict::Reject;
+  const bool armijo = is_armijo(from, slope, alpha);
+  const auto change = demanded(armijo, from, slope, alpha, to.theta);
+  if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
+  if (!acceptable(to)) return Verdict::Dominated;
   // [WB, eq. (22)]: whatever theta_min, the filter is left alone where (19) and (20) hold.
-  return armijo || (minimizes_ && on_phi && phi_falls) ? Verdict::Armijo : Verdict::Sufficient;
+  const bool falls = minimizes_ && switches(from, slope, alpha) &&
+                     at_most(to.phi - from.phi, filter::kGammaPhi * alpha * slope, from.phi);
+  return falls || armijo ? Verdict::Armijo : Verdict::Sufficient;
+}
+
+double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
+                                  double theta) const {
+  if (!(theta <= theta_max_)) return -kInfinity;
+  const auto forgiving = [](double phi, double size) {
+    return phi + filter::kRounding * kEpsilon * std::abs(size);
+  };
+  const auto change = demanded(is_armijo(from, slope, alpha), from, slope, alpha, theta);
+  double largest =
+      change ? forgiving(from.phi + *change, from.phi) : from.phi + most_increase(from);
+  for (const Entry& entry : entries_) {
+    if (!at_most(theta, entry.theta, entry.theta)) {
+      largest = std::min(largest, forgiving(entry.phi, entry.phi));
+    }
+  }
+  return largest;
 }
 
 bool Filter::acceptable(const Merit& merit) const {

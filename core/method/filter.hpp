@@ -14,7 +14,8 @@ namespace ipminmax {
 class Filter {
  public:
   enum class Verdict : unsigned char {
-    Reject,     ///< no sufficient progress, or a pair of the filter is better
+    Reject,     ///< no sufficient progress from the point left
+    Dominated,  ///< progress from the point left, but a pair of the filter is better
     Armijo,     ///< a step on phi: sufficient decrease of phi, the filter stays as it is
     Sufficient  ///< theta or phi decreased enough; the point left is added to the filter
   };
@@ -40,6 +41,10 @@ class Filter {
   /// directional derivative of phi.
   [[nodiscard]] Verdict test(const Merit& from, double slope, double alpha, const Merit& to) const;
 
+  /// The largest phi that test would accept of a point with this theta.
+  [[nodiscard]] double largest_acceptable(const Merit& from, double slope, double alpha,
+                                          double theta) const;
+
   /// Records the point that was left by an accepted step.
   void add(const Merit& from);
 
@@ -55,6 +60,14 @@ class Filter {
   };
   /// Whether phi falls so fast along the step that theta need not.
   [[nodiscard]] static bool switches(const Merit& from, double slope, double alpha);
+  /// Whether the step is one on phi alone.
+  [[nodiscard]] bool is_armijo(const Merit& from, double slope, double alpha) const;
+  /// By which phi may rise.
+  [[nodiscard]] double most_increase(const Merit& from) const;
+  /// The change of phi that such a step to a point with this theta has to make, eq. (18) or (20);
+  /// none: theta falls enough.
+  [[nodiscard]] static std::optional<double> demanded(bool armijo, const Merit& from, double slope,
+                                                      double alpha, double theta);
 
   std::vector<Entry> entries_;
   double theta_min_ = parameters::filter::kThetaMin;

@@ -14,6 +14,7 @@ namespace ipminmax {
 struct GlobalizedMethod::Block {
   GlobalizedMethod& owner;
   Run& run;
+  OuterBlock::Bound bound{};  ///< of merits worth looking at
   // Of a move along a curvature
   double alpha_primal = 0.0;
 
@@ -24,15 +25,16 @@ struct GlobalizedMethod::Block {
   [[nodiscard]] Trial evaluate(double slope, StepLength alpha) const {
     owner.outer_.set_trial(from(), owner.outer_.step, alpha, run.mu);
     ++run.report.trials;
-    return owner.outer_.evaluate_trial(run.mu, slope, alpha.primal);
+    return owner.outer_.evaluate_trial(run.mu, slope, alpha.primal, bound);
   }
   [[nodiscard]] std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
     ++run.report.trials;
     return owner.outer_.correct(from(), run.mu, c);
   }
   [[nodiscard]] Trial evaluate_corrected(double slope, double alpha) const {
-    return owner.outer_.evaluate_trial(run.mu, slope, alpha);
+    return owner.outer_.evaluate_trial(run.mu, slope, alpha, {});
   }
+  void passed(bool dominated) const { owner.count_dominated(dominated); }
   [[nodiscard]] bool complete() const {
     return owner.has_max() ||
            evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
@@ -49,7 +51,7 @@ struct GlobalizedMethod::Block {
     ++run.report.trials;
   }
   [[nodiscard]] Trial evaluate_move(double length) const {
-    return owner.outer_.evaluate_trial(run.mu, 1.0, length);
+    return owner.outer_.evaluate_trial(run.mu, 1.0, length, {});
   }
   [[nodiscard]] Trial improve(const Trial& moved) const {
     if (!moved.usable || owner.has_max()) return moved;

@@ -31,7 +31,7 @@ bool GlobalizedMethod::escape_inner(Run& run, const EscapeRequest& request, bool
     if (!left || !inner.direction(run.to, run.mu, outer_.direction)) return false;
   }
   const auto outcome = inner.maximize(run.to, run.mu, inner_target(run.to, run.mu),
-                                      parameters::inner::kSteps, outer_.direction);
+                                      parameters::inner::kSteps, kInfinity, outer_.direction);
   return outcome == InnerMaximizer::Outcome::Maximum ||
          outcome == InnerMaximizer::Outcome::NotFound;
 }

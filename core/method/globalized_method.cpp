@@ -20,6 +20,7 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
       restorer_(std::move(restorer)),
       patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
       outer_(context, first, outer_arrays_) {
+  watchdog_.begin_anew();
   filter_.begin_anew(at(std::min(options_.max_iter, parameters::kPlenty)));
   filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
   if (!has_max()) filter_.minimize();
@@ -27,6 +28,7 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
 
 void GlobalizedMethod::barrier_changed() {
   filter_.reset();
+  watchdog_.end();
   patience_.barrier_changed();
   least_residual_ = kInfinity;
   soft_steps_ = 0;
@@ -80,7 +82,8 @@ bool GlobalizedMethod::minmax_step(Run& run) {
   InnerDirection& direction = outer_.direction;
   const bool at_hand = outer_.inner.is_known(direction, from);
   bool known = at_hand && direction.mu == mu;
-  bool right = at_hand && direction.shift.y == 0.0;
+  bool right = (at_hand && direction.shift.y == 0.0) ||
+               (inner_right_at_ != 0 && inner_right_at_ == from.evaluation.hessian_call);
   const auto find_direction = [&] {
     if (!known) known = outer_.inner.direction(from, mu, direction);
     return known || fail(run, Status::InertiaCorrectionFailed,
@@ -91,6 +94,7 @@ bool GlobalizedMethod::minmax_step(Run& run) {
     right = direction.shift.y == 0.0;
   }
   if (right && fast_step(run)) return true;
+  fast_contraction_ = 0.0;
   least_residual_ = kInfinity;
   steps_above_least_ = 0;
   if (!find_direction()) return false;
@@ -106,8 +110,8 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   const double estimate =
       outer_.merit(*run.here, run.mu).phi + (direction.shift.y == 0.0 ? direction.gain : 0.0);
   run.to = *run.here;
-  const auto outcome =
-      outer_.inner.maximize(run.to, run.mu, target, parameters::inner::kSteps, outer_.direction);
+  const auto outcome = outer_.inner.maximize(run.to, run.mu, target, parameters::inner::kSteps,
+                                             kInfinity, outer_.direction);
   run.unshifted_step = UnshiftedStep::Unknown;
   if (outcome == InnerMaximizer::Outcome::Maximum) {
     run.here = &run.to;
@@ -119,6 +123,14 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   const bool y_ran_away = outcome == InnerMaximizer::Outcome::Unbounded;
   static_cast<void>(goes_on(run, patience_.inner_phase_failed(y_ran_away)));
   return false;
+}
+
+/// What the linear system of a fast step may leave: a share of what quadratic convergence would, by
+/// the last contraction, or of tol. error: at the point left.
+Accuracy GlobalizedMethod::forcing(double error) const {
+  const double last = fast_contraction_ > 0.0 ? fast_contraction_ : parameters::kLittle;
+  return {.residual = std::max(parameters::kLittle * last * last * error,
+                               parameters::kSmall * options_.tol)};
 }
 
 /// Whether a fast step may lead from one residual to another: below the least of this mu, or, where
@@ -138,6 +150,7 @@ bool GlobalizedMethod::contracts(double before, double after) {
 
 bool GlobalizedMethod::fast_step(Run& run) {
   // Both inertias right without shifts and the residual contracts: Newton's method.
+  namespace parameter = parameters::fast;
   const Point& from = *run.here;
   const double mu = run.mu;
   outer_.assemble(from, mu);
@@ -147,7 +160,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
   outer_.factors =
       correction_.factorize_unshifted(InertiaCorrection::Matrix::Full, mu, from.evaluation, shift);
   const double before = measured_barrier_error(canonical_, from, mu).norm();
-  if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from)) {
+  if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from, forcing(before))) {
     return false;
   }
   run.unshifted_step = UnshiftedStep::Right;
@@ -167,12 +180,22 @@ bool GlobalizedMethod::fast_step(Run& run) {
       evaluate_second_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
     return false;
   }
-  if (!outer_.has_trial_maximum_in_sight(mu)) return false;
-  outer_.direction.shift = outer_.trial_direction.shift;  // for K there
+  const double contraction = after / before;
+  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
+  // In the paper's freeze neighbourhood, where full steps contract faster and faster, K alone is
+  // factorized. The certificate tests both matrices.
+  const bool frozen =
+      full && contraction <= std::min(parameter::kFreezeContraction, fast_contraction_);
+  if (!frozen) {
+    if (!outer_.has_trial_maximum_in_sight(mu)) return false;
+    outer_.direction.shift = outer_.trial_direction.shift;  // for K there
+  }
+  fast_contraction_ = full ? contraction : 0.0;
   run.report.alpha_primal = alpha.primal;
   run.report.alpha_dual = alpha.dual;
   run.report.step_norm = max_norm(outer_.step.v);
   run.report.kind = StepKind::Newton;
+  inner_right_at_ = trial.evaluation.hessian_call;
   move_to_trial(run);
   filter_.reset();
   return true;

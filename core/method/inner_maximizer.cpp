@@ -188,6 +188,7 @@ struct InnerMaximizer::Block {
   [[nodiscard]] Trial evaluate_corrected(double /*slope*/, double /*alpha*/) const {
     return merit();
   }
+  static void passed(bool /*dominated*/) {}
   [[nodiscard]] bool complete() const {
     return evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
   }
@@ -257,8 +258,14 @@ bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direc
   return true;
 }
 
+bool InnerMaximizer::feasible(const Point& point, double mu) const {
+  return violation(point.evaluation.c, canonical_.max_constraints()) <=
+         parameters::kHardly * std::max(1.0, mu);
+}
+
 InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double target,
-                                                 int max_steps, InnerDirection& out) {
+                                                 int max_steps, double upper_bound,
+                                                 InnerDirection& out) {
   const KktSystem::Counting counting(kkt_, FactorizationCause::InnerAscent);
   filter_.reset();
   filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
@@ -274,6 +281,10 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
     const bool in_sight = out.shift.y == 0.0;
     if (in_sight && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
       return Outcome::Maximum;
+    }
+    if (theta <= feasible_theta &&
+        barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
+      return Outcome::AboveBound;
     }
     const double moved = (point.iterate.v - start_v_).tail(n).lpNorm<Eigen::Infinity>();
     const bool shifted = !in_sight || out.shift.proximal_y;

@@ -63,9 +63,10 @@ class InnerMaximizer : Kept<InnerArrays> {
   InnerMaximizer(const MethodContext& context, const Point& first, InnerArrays& arrays);
 
   enum class Outcome : std::uint8_t {
-    Maximum,   ///< in sight, and the gain at most the target
-    NotFound,  ///< no maximum within the allowed steps or the time limit
-    Unbounded  ///< y runs away
+    Maximum,     ///< in sight, and the gain at most the target
+    AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
+    NotFound,    ///< no maximum within the allowed steps or the time limit
+    Unbounded    ///< y runs away
   };
 
   /// Assembles K_yy at the point and factorizes it, shifted as needed, unless that was the last
@@ -79,7 +80,7 @@ class InnerMaximizer : Kept<InnerArrays> {
   /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used
   /// at its beginning where it is_known there.
   [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
-                                 InnerDirection& out);
+                                 double upper_bound, InnerDirection& out);
   /// Whether it is the direction at the point, with its factors at hand.
   [[nodiscard]] bool is_known(const InnerDirection& direction, const Point& point) const {
     return direction.is_at(point) && kkt_.are_current_inner(direction.factors);
@@ -90,6 +91,9 @@ class InnerMaximizer : Kept<InnerArrays> {
   /// Moves y, s_y along a direction (or against it) in which the value rises to second order; x
   /// stays. False: it does not.
   [[nodiscard]] bool leave(Point& point, double mu, const Eigen::VectorXd& direction);
+
+  /// Whether the Max constraints hold closely enough to compare values.
+  [[nodiscard]] bool feasible(const Point& point, double mu) const;
 
   /// Error of the inner first-order conditions at mu.
   [[nodiscard]] double error(const Point& point, double mu) const;

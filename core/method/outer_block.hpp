@@ -32,6 +32,18 @@ struct OuterArrays {
 /// variables phi is the barrier objective.
 class OuterBlock : public Kept<OuterArrays> {
  public:
+  /// The largest merit phi worth looking at where the violation is theta.
+  class Bound {
+   public:
+    Bound() = default;  ///< none
+    Bound(const Filter& filter, const SearchLine& line) : filter_(&filter), line_(&line) {}
+    [[nodiscard]] double operator()(double alpha, double theta) const;
+
+   private:
+    const Filter* filter_ = nullptr;
+    const SearchLine* line_ = nullptr;
+  };
+
   /// first: where the search begins.
   OuterBlock(const MethodContext& context, const Point& first, OuterArrays& arrays);
 
@@ -66,8 +78,9 @@ class OuterBlock : public Kept<OuterArrays> {
 
   void set_trial(const Point& from, const Step& along, StepLength alpha, double mu);
   /// Merit of the trial point, its inner maximum first where there are Max variables: it must keep
-  /// one in sight.
-  [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha);
+  /// one in sight. None where phi is seen to lie above the bound, before K_yy is factorized if the
+  /// value shows it.
+  [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, const Bound& bound);
   /// trial_direction at the trial point; false: K_yy is wrong there.
   [[nodiscard]] bool find_trial_direction(double mu) {
     const KktSystem::Counting counting(kkt_, FactorizationCause::TrialPoint);

@@ -21,6 +21,8 @@ constexpr double kLongStep = 10.0;
 /// The fast path: Newton's method where both inertias are right.
 namespace fast {
 constexpr double kGrowth = 1e3;  ///< of the least |g(z, mu)|, allowed where there are bounds [R]
+constexpr double kFreezeContraction =
+    0.25;  ///< of a full step: K_yy is taken to be right [CYH's freeze, H]
 }  // namespace fast
 
 /// The inner phase: ascent in y alone.
@@ -34,6 +36,7 @@ constexpr int kSteps = 50;                ///< of one maximization [G]
 namespace outer {
 constexpr double kLongStep = 4.0;  ///< the longest step with Max variables, over 1 + |v| [G]
 constexpr double kSecondOrderDecrease = 0.99;  ///< kappa_soc of [WB, 2.4]
+constexpr Index kFilterResets = 5;  ///< filter_reset_trigger and max_filter_resets of [Ipopt]
 }  // namespace outer
 
 constexpr double kSoftContraction = 0.9999;  ///< soft_resto_pderror_reduction_factor of [Ipopt]
@@ -90,7 +93,12 @@ constexpr double kOutwardStep = 5e-4;
 constexpr double kOutwardShare = 0.95;
 }  // namespace divergence
 
-constexpr Index kFactorizationsOfTest = 40;  ///< that a second-order test may cost
+/// What the second-order tests of a solve may cost, in factorizations.
+namespace test {
+constexpr Index kForSmallSystems = 40;  ///< for each test
+constexpr Index kShareOfTests = 5;      ///< elsewhere one for so many others, all tests together
+constexpr Index kFewestForTests = 12;   ///< but for each test these: with 8 verdicts are lost
+}  // namespace test
 
 /// New starts [R].
 namespace restart {
@@ -98,6 +106,7 @@ namespace restart {
 /// and around zero.
 inline constexpr std::array kReaches{3.0, 1.0, 10.0};
 constexpr Index kIterations = 300;  ///< after the first search, after which none begins
+constexpr Index kIterationsOfAlgorithmOne = 150;  ///< of one search
 }  // namespace restart
 
 }  // namespace ipminmax::parameters

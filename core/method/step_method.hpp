@@ -39,6 +39,7 @@ enum class StepKind : char {
   Joint = 'j',
   Leap = 'l',
   Escape = 'e',
+  Watchdog = 'W',
   Instability = 'i',  ///< line 7 of Algorithm 1 raised delta_x
   NewStart = 'w'
 };
@@ -64,8 +65,9 @@ struct StepReport {
 /// What a solve may spend, and has: iterations of all its searches together and of restorations.
 struct IterationBudget {
   Index limit = 0;
-  Index iteration = 0;                                       ///< done, of searches
-  Index restoration = 0;                                     ///< done, of restorations
+  Index iteration = 0;    ///< done, of searches
+  Index restoration = 0;  ///< done, of restorations
+  Index tests = 0;        ///< factorizations of K and K_yy by second-order tests
   Index factorizations = std::numeric_limits<Index>::max();  ///< allowed, restorations included
 
   /// What steps may spend of them: some are kept for the second-order test.
@@ -73,6 +75,7 @@ struct IterationBudget {
     const bool limited = factorizations < std::numeric_limits<Index>::max();
     return limited ? std::max<Index>(0, factorizations - parameters::kKeptForTest) : factorizations;
   }
+  [[nodiscard]] Index factorizations_with_test() const { return factorizations; }
 
   [[nodiscard]] bool is_spent() const { return iteration + restoration >= limit; }
   /// For a restoration: the step back counts, too.

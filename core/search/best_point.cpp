@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/search/best_point.hpp"
+#include "core/search/first_order_test.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -10,7 +11,10 @@ PointRank rank_of(const CanonicalProblem& canonical, const SolverOptions& option
                   const Point& point) {
   const auto or_last = [](double value) { return std::isnan(value) ? kInfinity : value; };
   const bool minimization = canonical.max_size() == 0;
-  return {.violation = std::max(or_last(point.error.primal), options.constr_viol_tol),
+  const bool is_met = minimization && is_within_tolerances(point.error, options) &&
+                      point.error.dual_min <= parameters::kSmall * options.dual_inf_tol;
+  return {.is_unmet = !is_met,
+          .violation = std::max(or_last(point.error.primal), options.constr_viol_tol),
           .value = or_last(minimization ? point.evaluation.f : point.error.total),
           .error = or_last(point.error.total)};
 }

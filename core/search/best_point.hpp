@@ -10,6 +10,9 @@ namespace ipminmax {
 
 /// How good a point is for one who has to make do with it. Less is better.
 struct PointRank {
+  /// Of a minimization: not within the tolerances, with a gradient of the Lagrangian far below
+  /// dual_inf_tol in the model's units.
+  bool is_unmet = true;
   double violation = 0.0;  ///< of the model's constraints, at least constr_viol_tol
   double value = 0.0;      ///< of a minimization the objective, else the first-order error
   double error = 0.0;      ///< of first order

@@ -82,6 +82,17 @@ bool newton_step(const MethodContext& context, double mu, Point& point, NewtonRe
   return true;
 }
 
+/// Whether all curvature that there was at the start has vanished, as far out under a Gaussian.
+bool has_died_out(CanonicalProblem& canonical, const Point& point) {
+  const auto vanishes = [](double value) { return std::abs(value) < parameters::kVanished; };
+  const std::vector<double>& here = point.evaluation.hessian;
+  if (here.empty() || !std::ranges::all_of(here, vanishes)) return false;
+  Evaluation at_start = point.evaluation;
+  return canonical.second_derivatives(canonical.starting_point().v, point.iterate.lambda,
+                                      at_start) == EvaluationStatus::Ok &&
+         !std::ranges::all_of(at_start.hessian, vanishes);
+}
+
 }  // namespace
 
 bool has_run_away(CanonicalProblem& canonical, const Point& point, IndexRange variables) {
@@ -122,6 +133,7 @@ void name_divergence(CanonicalProblem& canonical, const Point& point, Status& st
 bool runs_to_infinity(const MethodContext& context, const Point& from, double mu,
                       FirstOrderTest& test) {
   CanonicalProblem& canonical = context.canonical;
+  if (has_died_out(canonical, from)) return true;
   Point point = from;
   NewtonResidual rhs = zero_step(canonical);
   Step step = rhs;
@@ -142,6 +154,72 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
   const Index y = canonical.y().begin;
   return gets_better(canonical, point, drift.matrix(), {0, y}) ||
          gets_better(canonical, point, drift.matrix(), {y, canonical.variables()});
+}
+
+namespace {
+
+/// Whether L's gradient in y changes from a point to the start's y as its second derivatives say:
+/// what is flat here is flat on all the way.
+bool is_quadratic_in_y(CanonicalProblem& canonical, const Point& from) {
+  const IndexRange y = canonical.y();
+  const auto of_y = [&](const Eigen::VectorXd& v) { return v.segment(y.begin, y.size()).array(); };
+  Eigen::VectorXd way = canonical.starting_point().v - from.iterate.v;
+  way.head(y.begin).setZero();
+  way.tail(way.size() - y.end).setZero();
+  Point there = from;
+  there.iterate.v += way;
+  if (evaluate_first_derivatives(canonical, there) != EvaluationStatus::Ok) return false;
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(way.size());
+  add_hessian_product(canonical, from.evaluation, way, change);
+  const auto terms = of_y(there.evaluation.gradient).abs() + of_y(change).abs();
+  return (of_y(there.dual - from.dual - change).abs() <= parameters::kZero * terms).all();
+}
+
+}  // namespace
+
+bool is_on_plateau(const MethodContext& context, const Point& found, double mu) {
+  CanonicalProblem& canonical = context.canonical;
+  KktSystem& kkt = context.kkt;
+  Point there = found;
+  if (evaluate_derivatives(canonical, there) != EvaluationStatus::Ok ||
+      is_quadratic_in_y(canonical, there))
+    return false;
+  const Evaluation matrix = there.evaluation;
+  kkt.assemble_inner(there.iterate, matrix);
+  const Regularization shift{.proximal_y = kkt.proximal_curvature(matrix, parameters::kZero)};
+  if (!kkt.has_expected_inner_inertia(kkt.factorize_inner(shift))) return false;
+  NewtonResidual rhs = zero_step(canonical);
+  Step way = rhs, along = rhs;
+  // Minus the part of d along flat directions: where K_yy has curvature next to nothing is left.
+  const auto take_part_along = [&](const Eigen::VectorXd& d, Step& part) {
+    set_zero(rhs);
+    for (Index i = canonical.y().begin; i < canonical.y().end; ++i)
+      rhs.v[i] = (*shift.proximal_y)[i] * d[i];
+    return kkt.solve_inner(matrix, rhs, part);
+  };
+  ValueRange range;
+  range.see(found.evaluation.f);
+  const auto look_at = [&](const Eigen::VectorXd& v) {
+    there.iterate.v = v.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
+    evaluate_where_defined(canonical, there);
+    range.see(there.evaluation.f);
+    range.terms += there.evaluation.gradient.cwiseAbs().dot(there.iterate.v.cwiseAbs());
+  };
+  const Eigen::VectorXd& start = canonical.starting_point().v;
+  look_at(start);
+  if (!take_part_along(found.iterate.v - start, way)) return false;
+  const Eigen::VectorXd back = way.v;
+  look_at(found.iterate.v + back);
+  // What is flat may bend: Newton steps across.
+  for (int k = 0; k < parameters::kFew; ++k) {
+    newton_residual(canonical, there, mu, rhs);
+    if (!kkt.solve_inner(matrix, rhs, way) || !take_part_along(way.v, along)) return false;
+    look_at(there.iterate.v + way.v + along.v);
+  }
+  const double slope = there.dual.dot(back), change = there.evaluation.f - found.evaluation.f;
+  // A solve leaves tol in the value, and a start beside the solution shows no range.
+  return clearly_greater(std::max(std::abs(change), std::abs(slope)), context.options.tol, range,
+                         parameters::kHardly);
 }
 
 namespace {

@@ -25,6 +25,11 @@ void name_divergence(CanonicalProblem& canonical, const Point& point, Status& st
 [[nodiscard]] bool runs_to_infinity(const MethodContext& context, const Point& from, double mu,
                                     FirstOrderTest& test);
 
+/// Whether the value at a maximum over y that is not unique, which is constant along the flat
+/// directions of y there, differs on the way back along them to the start: the iterates came to a
+/// plateau, and elsewhere it is none of a maximum.
+[[nodiscard]] bool is_on_plateau(const MethodContext& context, const Point& found, double mu);
+
 /// Where Y(x) is empty for every x near, no branch of inner maxima is followed for long. A local
 /// minimum of the violation over both players' variables tells that from a search that is lost: the
 /// outcome then becomes that point, with the constraint that is violated most. Costs a restoration

@@ -52,10 +52,28 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
   return true;
 }
 
+bool FirstOrderTest::has_settled(const Eigen::VectorXd& v) {
+  const auto moves = [&](IndexRange variables) {
+    const auto part = [&](const Eigen::VectorXd& of) {
+      return of.segment(variables.begin, variables.size()).array();
+    };
+    const auto size = part(v).abs().max(part(canonical_.starting_point().v).abs());
+    return ((part(v) - part(settled_at_)).abs() > parameters::kHardly * size).any();
+  };
+  if (settled_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {
+    settled_at_ = v;
+    settled_ = 0;
+  }
+  return ++settled_ > parameters::kPatience;
+}
+
 std::optional<Status> FirstOrderTest::claim(const Point& point) {
   const double objective = canonical_.unscaled_objective(point.evaluation.f);
   const double last = std::exchange(last_objective_, objective);
-  if (is_met(point)) return Status::Solved;
+  if (is_within_tolerances(point.error, options_) &&
+      (is_balanced(point, options_.tol) || has_settled(point.iterate.v))) {
+    return Status::Solved;
+  }
   const double change = std::abs(objective - last) / std::max(1.0, std::abs(objective));
   const bool counts = is_acceptable(point) && change <= options_.acceptable_obj_change_tol;
   acceptable_ = counts ? acceptable_ + 1 : 0;

@@ -59,6 +59,16 @@ bool makes_new_starts(const SolverOptions& options) {
          options.minmax_max_restarts > 0;
 }
 
+bool is_box(const CanonicalProblem& canonical) {
+  const auto has_both = [&](IndexRange range) {
+    const Index size = range.size();
+    return (canonical.upper().segment(range.begin, size) -
+            canonical.lower().segment(range.begin, size))
+        .allFinite();
+  };
+  return has_both(canonical.x()) && has_both(canonical.y());
+}
+
 Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, Index number) {
   Iterate point;
   point.v.setZero(canonical.variables());

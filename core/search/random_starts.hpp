@@ -60,4 +60,7 @@ void add_work(const Result& part, Result& total);
 [[nodiscard]] Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start,
                                     Index number);
 
+/// Whether every variable of x and y has two bounds.
+[[nodiscard]] bool is_box(const CanonicalProblem& canonical);
+
 }  // namespace ipminmax

@@ -26,7 +26,8 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       observation_(observation),
       test_(context.canonical, context.options),
       arrays_(arrays),
-      step_{.kind = start.how} {
+      step_{.kind = start.how},
+      deadline_(start.deadline) {
   arrays_.point = arrays_.next = start.point;
   arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
                    barrier_.mu(), context_.budget.iteration);
@@ -35,6 +36,7 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
 SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
   for (;; ++context_.budget.iteration) {
     if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
+    drop_idle_multipliers(context_.options.tol);
 
     bool escaped = false;
     if (const auto claim = test_.claim(arrays_.point)) {
@@ -42,8 +44,14 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
-    if (const auto status = limit_reached()) return ended(*status);
+    // For a balanced point as long again as to the first that met the tolerances.
+    if (met_at_ < 0 && !arrays_.best.rank().is_unmet) met_at_ = context_.budget.iteration;
+    if (met_at_ >= 0 && context_.budget.iteration > 2 * met_at_ + parameters::kPlenty)
+      return given_up(Status::MaxIterations);
+    if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
+    if (deadline_ && context_.budget.iteration >= deadline_->iteration)
+      return ended(deadline_->status);
 
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
@@ -66,6 +74,24 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .iterations = context_.budget.iteration};
   outcome.point = arrays_.point;
   return outcome;
+}
+
+/// Without a solution. Unless it diverges, a minimization ends at a point that met the tolerances
+/// and was refused, if there is one.
+SearchOutcome Search::given_up(Status status, std::string message) {
+  if (arrays_.best.rank().is_unmet || purpose_ != Purpose::Solution ||
+      stopped_from_outside(status) || status == Status::OuterUnbounded ||
+      status == Status::DivergingIterates) {
+    return ended(status, std::move(message));
+  }
+  arrays_.point = arrays_.best.point();
+  Verdict verdict = judge(Status::SolvedToAcceptableLevel);
+  if (verdict.message.empty()) {
+    verdict.message = std::string(name_of(verdict.status)) +
+                      ": the scaled tolerances are met, but the gradient of the Lagrangian is not "
+                      "small beside its terms";
+  }
+  return ended(std::move(verdict));
 }
 
 SearchOutcome Search::ended(Verdict&& verdict) const {
@@ -97,13 +123,18 @@ void Search::make_step(StepMethod& method) {
 SearchOutcome Search::after_failed_step() {
   // Whatever failed past the time limit was cut short.
   if (const auto exceeded = context_.limit.exceeded()) return ended(*exceeded);
-  // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough.
+  // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough, at the
+  // best point if not where the last restoration ended.
   const bool stuck =
       step_.failure == Status::TinyStep || step_.failure == Status::RestorationFailed;
   const bool enough = stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution;
+  if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point())) {
+    arrays_.point = arrays_.best.point();
+  }
+  if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
-  return ended(*step_.failure, step_.message);
+  return given_up(*step_.failure, step_.message);
 }
 
 std::optional<Status> Search::limit_reached() {
@@ -120,6 +151,23 @@ std::optional<Status> Search::limit_reached() {
   return std::nullopt;
 }
 
+void Search::drop_idle_multipliers(double tolerance) {
+  // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
+  const bool minimization = context_.canonical.max_size() == 0 || context_.canonical.is_constant();
+  if (!minimization || arrays_.point.evaluation.c.size() == 0 ||
+      max_norm(arrays_.point.evaluation.gradient) > 0.0 ||
+      max_norm(arrays_.point.evaluation.c) > tolerance ||
+      max_norm(arrays_.point.iterate.lambda) == 0.0) {
+    return;
+  }
+  Iterate& iterate = arrays_.point.iterate;
+  iterate.lambda.setZero();
+  iterate.z_lower = iterate.z_lower.cwiseMin(context_.options.tol);
+  iterate.z_upper = iterate.z_upper.cwiseMin(context_.options.tol);
+  static_cast<void>(evaluate_second_derivatives(context_.canonical, arrays_.point));
+  measure_anew(context_.canonical, context_.options, arrays_.point);
+}
+
 Search::Verdict Search::judge(Status claim) {
   barrier_.settle();
   Verdict verdict{.status = claim, .finding = {}};
@@ -129,12 +177,20 @@ Search::Verdict Search::judge(Status claim) {
     return verdict;
   }
   const KktSystem::Counting counting(context_.kkt, FactorizationCause::Certificate);
-  context_.kkt.allow_factorizations(context_.budget.factorizations);
-  finding =
-      certify(context_.canonical, context_.kkt, arrays_.point, barrier_.mu(), context_.options,
-              std::min(context_.kkt.factorizations_left(), parameters::kFactorizationsOfTest),
-              arrays_.certificate);
+  const Index before = context_.kkt.factorizations();
+  context_.kkt.allow_factorizations(context_.budget.factorizations_with_test());
+  finding = certify(context_.canonical, context_.kkt, arrays_.point, barrier_.mu(),
+                    context_.options, factorizations_for_test(), arrays_.certificate);
   context_.kkt.allow_factorizations(context_.budget.factorizations_of_steps());
+  context_.budget.tests += context_.kkt.factorizations() - before;
+  const Point& certified = finding.point ? *finding.point : arrays_.point;
+  const bool plateau = finding.certificate.answer == InnerAnswer::BestNotUnique &&
+                       is_on_plateau(context_, certified, finding.mu);
+  if (plateau) {
+    finding.certificate = {};
+    finding.certificate.kind = PointKind::FirstOrderPoint;
+    finding.certificate.second_order = SecondOrder::Undecided;
+  }
   if (finding.certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
   if (finding.certificate.second_order == SecondOrder::Violated) {
     verdict.status = Status::NotLocalMinmax;
@@ -143,7 +199,7 @@ Search::Verdict Search::judge(Status claim) {
              purpose_ == Purpose::Solution) {
     // The test of a point that was not certified has gone over to pivoting.
     context_.kkt.reset_quality();
-    if (runs_to_infinity(context_, arrays_.point, barrier_.mu(), test_)) {
+    if (plateau || runs_to_infinity(context_, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = kToInfinity;
     } else if (finding.certificate.hessian_disagrees) {
@@ -154,6 +210,20 @@ Search::Verdict Search::judge(Status claim) {
     }
   }
   return verdict;
+}
+
+Index Search::factorizations_for_test() const {
+  return std::min(context_.kkt.factorizations_left(), reasonable_factorizations_for_test());
+}
+
+Index Search::reasonable_factorizations_for_test() const {
+  // Beside copies of y: what they stand for is maximized over all of y, at many times the cost.
+  const bool small = context_.kkt.layout().dimension() <= parameters::kSmallSystem;
+  if (small || context_.canonical.has_copies()) return parameters::test::kForSmallSystems;
+  const Index tests = context_.budget.tests;
+  const Index others = context_.kkt.factorizations() - tests;
+  return std::max(parameters::test::kFewestForTests,
+                  others / parameters::test::kShareOfTests - tests);
 }
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {

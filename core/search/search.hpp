@@ -51,12 +51,16 @@ class Search {
     Finding finding;
   };
   [[nodiscard]] Verdict judge(Status claim);
+  [[nodiscard]] Index factorizations_for_test() const;
+  [[nodiscard]] Index reasonable_factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
                            std::optional<SearchOutcome>& kept);
+  [[nodiscard]] SearchOutcome given_up(Status status, std::string message = {});
   [[nodiscard]] std::optional<Status> limit_reached();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
+  void drop_idle_multipliers(double tolerance);
   void measure_point();
 
   MethodContext context_;
@@ -65,8 +69,10 @@ class Search {
   Observation& observation_;
   FirstOrderTest test_;
   SearchArrays& arrays_;
-  StepReport step_;               ///< that led to arrays_.point, or failed there
+  StepReport step_;  ///< that led to arrays_.point, or failed there
+  std::optional<Deadline> deadline_;
   Index runaway_iterations_ = 0;  ///< in a row
+  Index met_at_ = -1;             ///< the first iteration that met the tolerances
 };
 
 }  // namespace ipminmax

@@ -52,6 +52,7 @@ struct Solve::Machinery {
   Observation observation;
   OtherStarts others;
   std::optional<BarrierUpdate> barrier;
+  bool rule_changed = false;          ///< a minimization's barrier, from one search to the next
   std::optional<Search> search;       ///< the last one
   std::optional<SearchOutcome> left;  ///< by the last one, for a better point
   std::optional<SearchOutcome> best;  ///< of those before
@@ -161,6 +162,8 @@ Result Solve::search() {
     Start& first = arrays_.search.start;
     begin_at(canonical_, canonical_.starting_point(), first.point);
     first.how = StepKind::None;
+    first.rule = Start::Rule::Chosen;
+    first.deadline.reset();
     std::string message;
     if (const auto status = evaluate_start(machinery.context, options_, first.point, message)) {
       Result result = without_point(*status, std::move(message));
@@ -221,6 +224,7 @@ SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
   StepMethod& method = method_for(start, machinery);
   if (auto found = contradiction(*machinery.search)) return std::move(*found);
   SearchOutcome outcome = machinery.search->run(method, machinery.left);
+  if (returns_best(machinery.best_point, outcome)) take_best(machinery.best_point, outcome);
   const bool is_first = start.how == StepKind::None;
   if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
     name_infeasibility(machinery.context, problem_.structure(), restorer(machinery), outcome);
@@ -228,13 +232,50 @@ SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
   return outcome;
 }
 
-std::optional<Start> Solve::next_start(Machinery& machinery) {
-  if (canonical_.max_size() == 0 || !makes_new_starts(options_) || budget_.is_spent())
+bool Solve::may_change_rule() const {
+  const bool has_bounds =
+      !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
+  return canonical_.max_size() == 0 && has_bounds && purpose_ == Purpose::Solution &&
+         has_line_search() && makes_new_starts(options_);
+}
+
+/// A minimization that is stuck: once more from the model's start.
+std::optional<Start> Solve::start_with_other_rule(Machinery& machinery) {
+  const Status status = machinery.best->status;
+  const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed ||
+                     status == Status::InertiaCorrectionFailed || status == Status::NotLocalMinmax;
+  if (!stuck || machinery.rule_changed || !may_change_rule() || budget_.is_spent()) {
     return std::nullopt;
+  }
+  SolverOptions cold = options_;
+  cold.warm_start_init_point = false;
+  Start start;
+  start.how = StepKind::NewStart;
+  begin_at(canonical_, canonical_.starting_point(), start.point);
+  machinery.correction.begin_anew();
+  machinery.kkt.reset_quality();
+  std::string unused;
+  if (evaluate_start(machinery.context, cold, start.point, unused) ||
+      !machinery.barrier->change_rule(start.point)) {
+    return std::nullopt;
+  }
+  machinery.rule_changed = true;
+  machinery.observation.say(
+      std::string("no solution from here; trying again with mu_strategy ") +
+      (options_.mu_strategy == BarrierStrategy::Adaptive ? "monotone" : "adaptive"));
+  machinery.barrier->begin_anew();
+  ++budget_.iteration;
+  return start;
+}
+
+std::optional<Start> Solve::next_start(Machinery& machinery) {
+  if (canonical_.max_size() == 0) return start_with_other_rule(machinery);
+  if (!makes_new_starts(options_) || budget_.is_spent()) return std::nullopt;
   auto next = machinery.others.next();
   if (!next) return std::nullopt;
   machinery.observation.say("no local minmax found from here; new start " +
-                            std::to_string(machinery.others.drawn()));
+                            std::to_string(machinery.others.drawn()) +
+                            (next->rule == Start::Rule::AlgorithmOne ? ", by Algorithm 1" : ""));
   machinery.barrier->begin_anew();
   ++budget_.iteration;
   return next;
@@ -246,7 +287,7 @@ bool Solve::has_line_search() const {
 
 StepMethod& Solve::method_for(const Start& start, Machinery& machinery) {
   const bool is_first = start.how == StepKind::None;
-  if (has_line_search()) {
+  if (start.rule == Start::Rule::Chosen && has_line_search()) {
     return machinery.globalized.emplace(machinery.context, restorer(machinery), start.point,
                                         arrays_.method);
   }

@@ -34,6 +34,9 @@ class Solve {
   [[nodiscard]] const KktAnalysis* kept_analysis() const;
   [[nodiscard]] SearchOutcome search_all(Machinery& machinery, Start& start);
   [[nodiscard]] SearchOutcome search_from(const Start& start, Machinery& machinery);
+  /// Whether a search that is stuck is followed by one with the other mu_strategy.
+  [[nodiscard]] bool may_change_rule() const;
+  [[nodiscard]] std::optional<Start> start_with_other_rule(Machinery& machinery);
   [[nodiscard]] std::optional<Start> next_start(Machinery& machinery);
   [[nodiscard]] StepMethod& method_for(const Start& start, Machinery& machinery);
   [[nodiscard]] Restorer restorer(Machinery& machinery);

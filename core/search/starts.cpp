@@ -59,7 +59,14 @@ std::optional<Start> OtherStarts::next() {
     Point point = unevaluated_point(canonical,
                                     restart_point(canonical, canonical.starting_point(), ++drawn_));
     if (evaluate_start(context_, cold, point, unused)) continue;
-    return Start{.point = std::move(point), .how = StepKind::NewStart};
+    Start start{.point = std::move(point), .how = StepKind::NewStart};
+    // Undirected steps search a box well, and lead to infinity elsewhere.
+    if (drawn_ % 2 != 0 && is_box(canonical)) {
+      start.rule = Start::Rule::AlgorithmOne;
+      start.deadline =
+          Deadline{iteration + restart::kIterationsOfAlgorithmOne, Status::NoLocalMinmaxFound};
+    }
+    return start;
   }
   return std::nullopt;
 }

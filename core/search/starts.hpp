@@ -15,13 +15,24 @@ namespace ipminmax {
                                                    const SolverOptions& options, Point& point,
                                                    std::string& message);
 
-/// Where and how a search begins.
-struct Start {
-  Point point;
-  StepKind how = StepKind::None;
+/// An iteration before which a search ends, and how.
+struct Deadline {
+  Index iteration = 0;
+  Status status = Status::InternalError;
 };
 
-/// The starting points of a solve after the model's own: random ones.
+/// Where and how a search begins.
+struct Start {
+  enum class Rule : std::uint8_t { Chosen, AlgorithmOne };
+
+  Point point;
+  StepKind how = StepKind::None;
+  Rule rule = Rule::Chosen;
+  std::optional<Deadline> deadline{};
+};
+
+/// The starting points of a solve after the model's own: random ones, every other one in a box for
+/// Algorithm 1.
 class OtherStarts {
  public:
   explicit OtherStarts(const MethodContext& context) : context_(context) {}
