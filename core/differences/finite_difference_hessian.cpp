@@ -76,6 +76,7 @@ void FiniteDifferenceHessian::choose_pattern(const std::vector<Triplet>* known) 
       static_cast<Index>(free_.size()) / kVariablesPerEvaluation + kFewestEvaluations;
   set_pattern(detect_hessian_pattern(structure_, source_, sampler, variables, most));
   moved_ = true;
+  verify_detection(start_->v, most);
 }
 
 std::vector<Triplet> FiniteDifferenceHessian::given_pattern() const {
@@ -93,6 +94,28 @@ void FiniteDifferenceHessian::set_pattern(std::vector<Triplet> pattern) {
   for (auto& group : coloring_.groups) {
     std::stable_sort(group.entries.begin(), group.entries.end(),
                      [](const auto& a, const auto& b) { return a.col < b.col; });
+  }
+}
+
+/// At up to three points, as many as most evaluations in all allow: the certificate looks again.
+void FiniteDifferenceHessian::verify_detection(std::span<const double> start, Index most) {
+  // Each round ends with a pattern that has passed at fresh points, or one that has grown; rows
+  // that disagree with nothing left to fill are not a matter of sparsity.
+  PointSampler sampler(structure_, start);
+  std::uniform_real_distribution<double> multiplier(0.5, 1.5);
+  std::vector<double> point, values, errors;
+  FirstDerivatives unused;
+  for (int passed = 0; passed < parameters::kEnough;) {
+    constexpr Index kPerGroup = 4;  // two lengths, to both sides
+    if (source_.gradients() + kPerGroup * groups() > most) return;
+    if (!sampler.sample_defined(source_, point, unused)) return;
+    std::vector<double> lambda(structure_.constraint_lower.size());
+    for (double& value : lambda) value = multiplier(random_);
+    const Multipliers multipliers{multiplier(random_), lambda};
+    ++passed;
+    if (!values_with_errors(point, multipliers, values, errors)) continue;
+    const auto rows = disagreeing_rows(point, multipliers, values, errors);
+    if (rows && !rows->empty() && fill(*rows)) passed = 0;
   }
 }
 

@@ -16,9 +16,10 @@ namespace ipminmax {
 /// Jacobian; everything else is passed on.
 ///
 /// The pattern is the model's structure of the Hessian or, when it has none, detected
-/// (detect_hessian_pattern). hessian_errors, which the certificate asks for, checks it: H d must
-/// agree with the difference along a random direction d, so that an entry missed everywhere before
-/// does not pass for a zero. The rows that disagree are then filled (widen).
+/// (detect_hessian_pattern) and then checked: H d must agree with the difference along a random
+/// direction d at points of its own, else the rows that disagree are filled. The same check is part
+/// of hessian_errors, which the certificate asks for, so that an entry missed everywhere before
+/// does not pass for a zero.
 ///
 /// Variables are perturbed in groups (color_hessian) by minmax_difference_step times their length
 /// (length_of): to both sides, or twice to one side near a bound, either way with an error of second order in the step.
@@ -83,6 +84,7 @@ class FiniteDifferenceHessian final : public Problem {
   [[nodiscard]] bool take_start();
   void choose_pattern(const std::vector<Triplet>* known);
   [[nodiscard]] std::vector<Triplet> given_pattern() const;
+  void verify_detection(std::span<const double> start, Index most);
   void set_pattern(std::vector<Triplet> pattern);
   [[nodiscard]] bool fill(const std::vector<Index>& rows);
 

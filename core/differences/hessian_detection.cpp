@@ -1,6 +1,7 @@
 #include "core/differences/hessian_detection.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 #include <utility>
 
@@ -193,13 +194,16 @@ class Detector {
     narrow(one);
     std::vector<Group> groups;
     groups.push_back(std::move(all));
+    std::vector<Index> dense;
     while (!groups.empty()) {
       groups = halves(groups);
+      take_out_dense_rows(groups, dense);
+      const auto alone = static_cast<Index>(dense.size());  // what is left for
       for (auto& batch : disjoint_batches(groups)) {
-        if (!may_evaluate()) break;
+        if (!may_evaluate(alone)) break;
         narrow(batch);
       }
-      if (!may_evaluate()) {
+      if (!may_evaluate(alone)) {
         if (decides) take_as_dense(groups);
         break;
       }
@@ -210,9 +214,21 @@ class Detector {
       }
       std::erase_if(groups, [](const Group& group) { return group.rows.empty(); });
     }
+    std::sort(dense.begin(), dense.end());
+    for (std::size_t k = 0; k < variables_.size(); ++k) {
+      if (!std::binary_search(dense.begin(), dense.end(), variables_[k])) continue;
+      Group alone{k, k + 1, {variables_.begin(), variables_.end()}};
+      std::vector<Group*> batch{&alone};
+      if (!may_evaluate() && !decides) return;
+      if (may_evaluate()) narrow(batch);
+      for (const Index i : alone.rows) add_pair(i, variables_[k]);
+    }
   }
 
-  [[nodiscard]] bool may_evaluate() const { return source_.gradients() < last_gradient_; }
+  /// So that so many evaluations are left.
+  [[nodiscard]] bool may_evaluate(Index reserved = 0) const {
+    return source_.gradients() + reserved < last_gradient_;
+  }
 
   /// What has not been resolved counts as coupled.
   void take_as_dense(const std::vector<Group>& groups) {
@@ -231,6 +247,34 @@ class Detector {
       if (group.end > middle) result.push_back({middle, group.end, group.rows});
     }
     return result;
+  }
+
+  /// Groups that act on one row are moved one after the other, on every level that is left, unless
+  /// the row is taken out and its variable moved alone, once: as many rows as that pays for.
+  void take_out_dense_rows(std::vector<Group>& groups, std::vector<Index>& dense) const {
+    std::vector<std::size_t> count(wanted_.size(), 0);
+    std::size_t levels = 1, largest = 1;
+    for (const Group& group : groups) {
+      for (const Index i : group.rows) ++count[at(i)];
+      largest = std::max(largest, group.end - group.begin);
+    }
+    for (; largest > 1; largest = (largest + 1) / 2) ++levels;
+    std::vector<std::size_t> sorted;
+    for (const Index i : variables_) sorted.push_back(count[at(i)]);
+    std::ranges::sort(sorted, std::greater<>());
+    std::size_t best = levels * sorted.front(), most = sorted.front();
+    for (std::size_t k = 0; k < sorted.size(); ++k) {
+      const std::size_t left = k + 1 < sorted.size() ? sorted[k + 1] : 0;
+      if (left == sorted[k] || k + 1 + levels * left >= best) continue;
+      best = k + 1 + levels * left;
+      most = left;
+    }
+    for (const Index i : variables_) {
+      if (count[at(i)] > most) dense.push_back(i);
+    }
+    for (Group& group : groups) {
+      std::erase_if(group.rows, [&](Index i) { return count[at(i)] > most; });
+    }
   }
 
   std::vector<std::vector<Group*>> disjoint_batches(std::vector<Group>& groups) const {
