@@ -406,7 +406,7 @@ class MaximizationOverY {
     const ProblemStructure& s = inner_.structure();
     std::vector<double> inside = v, g(s.constraint_lower.size());
     for (const std::size_t i : free_)
-      inside[i] = std::clamp(v[i], s.variable_lower[i], s.variable_upper[i]);
+      inside[i] = back_in_box(v[i], s.variable_lower[i], s.variable_upper[i]);
     double there = 0.0;
     if (inside == v) return;
     ++context_.work.counts.objective;

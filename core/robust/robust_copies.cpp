@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/model/compare.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/robust/extended_structure.hpp"
 #include "core/robust/robust_copies.hpp"
@@ -109,8 +110,8 @@ Index RobustCopies::copy_variable(Index i, std::size_t copy, const WorstCase& wo
                                   bool held) {
   const ProblemStructure& s = model_.structure();
   // Beyond the model's own bounds a held y would decide between x that are as good.
-  const double value = std::clamp(worst_case.v[at(i)], s.variable_lower[at(i)],
-                                  std::max(s.variable_lower[at(i)], s.variable_upper[at(i)]));
+  const double value =
+      back_in_box(worst_case.v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
   model_variable_.push_back(i);
   if (!s.variable_units.empty()) structure_.variable_units.push_back(s.variable_units[at(i)]);
   return add_variable(structure_, Player::Max, held ? value : s.variable_lower[at(i)],
