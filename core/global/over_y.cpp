@@ -400,13 +400,24 @@ class MaximizationOverY {
     return false;
   }
 
-  /// Back from relaxed bounds, beyond which a worst case would decide between x that are as good:
-  /// unless the constraints do not hold there.
+  /// Whether bounds are relaxed by what counts beside a box: it would decide between x that are as
+  /// good.
+  [[nodiscard]] bool is_relaxed_by_much() const {
+    constexpr double kCounts = 1e-7;
+    const ProblemStructure& s = inner_.structure();
+    return std::ranges::any_of(boxed_variables(s, options_), [&](std::size_t i) {
+      const double lower = s.variable_lower[i], upper = s.variable_upper[i], width = upper - lower;
+      return std::max(relaxation(lower, width, options_), relaxation(upper, width, options_)) >
+             kCounts * width;
+    });
+  }
+
+  /// Unless the constraints do not hold there.
   void move_into_bounds(std::vector<double>& v, double& value) {
     const ProblemStructure& s = inner_.structure();
     std::vector<double> inside = v, g(s.constraint_lower.size());
     for (const std::size_t i : free_)
-      inside[i] = back_in_box(v[i], s.variable_lower[i], s.variable_upper[i]);
+      inside[i] = std::clamp(v[i], s.variable_lower[i], s.variable_upper[i]);
     double there = 0.0;
     if (inside == v) return;
     ++context_.work.counts.objective;
@@ -441,7 +452,7 @@ class MaximizationOverY {
     }
     std::vector<double> v = result.v;
     double value = result.objective;
-    if (limit_) move_into_bounds(v, value);
+    if (limit_ && is_relaxed_by_much()) move_into_bounds(v, value);
     found_.range.see(value);
     accuracy_ = std::max(accuracy_, options_.tol / std::abs(result.objective_scale));
     if (context_.witnesses != nullptr) context_.witnesses->add(v);

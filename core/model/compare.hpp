@@ -99,14 +99,6 @@ class VariableRanges {
   return boxed ? std::min(size, half) : size;
 }
 
-/// v, or the bound that it exceeds by what counts beside the width of its box: bounds are relaxed by
-/// a share of their size, which may be much of a small box.
-[[nodiscard]] inline double back_in_box(double v, double lower, double upper) {
-  constexpr double kCounts = 1e-7;
-  const double inside = std::clamp(v, lower, std::max(lower, upper));
-  return std::abs(v - inside) > kCounts * (upper - lower) ? inside : v;
-}
-
 /// Whether two points agree in the given variables, each to tol of its range.
 /// variables: indices; of others nothing is asked.
 template <class Indices>

@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "core/model/compare.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/robust/extended_structure.hpp"
 #include "core/robust/robust_copies.hpp"
@@ -109,9 +108,7 @@ void RobustCopies::hold(const std::vector<Index>& variables, const WorstCase& wo
 Index RobustCopies::copy_variable(Index i, std::size_t copy, const WorstCase& worst_case,
                                   bool held) {
   const ProblemStructure& s = model_.structure();
-  // Beyond the model's own bounds a held y would decide between x that are as good.
-  const double value =
-      back_in_box(worst_case.v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+  const double value = worst_case.v[at(i)];
   model_variable_.push_back(i);
   if (!s.variable_units.empty()) structure_.variable_units.push_back(s.variable_units[at(i)]);
   return add_variable(structure_, Player::Max, held ? value : s.variable_lower[at(i)],
