@@ -339,7 +339,8 @@ Rows method_options() {
        flag(&O::minmax_pure_newton)},
       {"minmax_max_restarts", category,
        "Number of random starting points that are tried if the search from the model's start "
-       "finds no local minmax, or the model is undefined there. 0: none.",
+       "finds no local minmax, or the model is undefined there. 0: none. Unless this is 0, a "
+       "minimization that is stuck starts again once, with the other mu_strategy.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
        "Whether Min may own a constraint that reads Max variables, which must then hold for "
@@ -488,7 +489,8 @@ Rows certificate_options() {
        "How much the second-order test at a first-order point may cost.",
        choice(&O::minmax_certificate, {"full", "quick", "none", "proved"},
               {"the test goes on until the point is certified or refuted. An undecided point "
-               "costs at most 40 factorizations",
+               "costs at most 20 factorizations (40 if the matrices are small), or a fifth of "
+               "the solve's if that is more",
                "one factorization of K_yy and one of K. Only points with clear curvature and "
                "clear active bounds are certified, and clearly wrong ones refuted",
                "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
