@@ -130,7 +130,11 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Ev
 
 bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Evaluation* at,
                                      bool zero_fails) {
-  if (zero_fails) shift.x = first_shift(last_.x);
+  // Where the last first guess was too small, zero is not worth a factorization; minimizations try
+  // it all the same, as Ipopt does.
+  const double first = first_shift(last_.x);
+  const bool sparing = economical() && kkt_.layout().y.size() > 0;
+  if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
   if (economical() && dependent_x_ >= parameters::kEnough)
     shift.lambda_x = outer_multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
@@ -164,6 +168,18 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
     }
     shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
     if (shift.x > options_.max_hessian_perturbation) return false;
+  }
+  last_.first_x_failed = shift.x > first;
+  if (sparing && last_.x == 0.0 && shift.x > first) {
+    const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
+    // The first shift of a solve grew in large strides: try half of the last one (of its
+    // logarithm).
+    Regularization smaller = shift;
+    smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
+    if (kkt_.has_expected_inertia(factorize(smaller)))
+      shift = smaller;
+    else if (!kkt_.has_expected_inertia(factorize(shift)))
+      return false;
   }
   if (shift.x > 0.0) last_.x = shift.x;
   if (shift.lambda_x == 0.0) dependent_x_ = 0;

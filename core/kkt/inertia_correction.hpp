@@ -11,6 +11,7 @@ namespace ipminmax {
 
 /// The shifts last used, from which the next ones are guessed.
 struct ShiftMemory {
+  bool first_x_failed = false;  ///< the last first guess of delta_x was too small
   double x = 0.0;
   double raised_x = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double y = 0.0;
