@@ -70,8 +70,12 @@ struct TrialPoint {
   Vector unread;          ///< a step of x that the model does not read; one variable of it is held
   int steps = 0;          ///< of Newton's method that have led here
   bool followed = false;  ///< the active set was found while mu fell
-  bool relaxed = false;   ///< bounds were released that bound_relax_factor made active, or not
+  bool relaxed = false;   ///< bounds were released that bound_relax_factor alone made active
   bool is_far = false;    ///< the conditions hold, at a solution that is farther than allowed
+
+  /// Per variable, or empty: bounds of Max that the solution is at although nothing holds it there.
+  std::vector<bool> at_bound;
+  [[nodiscard]] bool is_at_bound(Index i) const { return !at_bound.empty() && at_bound[at(i)]; }
 
   NewtonTest newton;
   bool converges = false;  ///< Newton's method, to a solution with this active set

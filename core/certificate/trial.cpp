@@ -157,6 +157,7 @@ void TrialPoint::begin(const CanonicalProblem& canonical, const Point& here, dou
   mu = its_mu;
   set.reset(canonical);
   inactive = {};
+  at_bound.clear();
   test = {};
   newton.clear();
   inner.reset();

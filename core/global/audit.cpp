@@ -363,6 +363,7 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
   constexpr double kCounts = 1e-3;  // share of a value, or of a row's change
   const double counts_from = std::max(kCounts * std::abs(result.objective), options.tol);
   const ProblemStructure& s = model.structure();
+  const Certificate& certificate = result.certificate;
   std::vector<CertificateReason>& reasons = result.certificate.reasons;
   if (!is_success(result.status) ||
       std::ranges::find(reasons, Relaxed, &CertificateReason::kind) != reasons.end()) {
@@ -390,7 +391,8 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
           .constraints.push_back(row);
     }
     // A multiplier of zero says nothing of how far the row is violated.
-    if (!(beyond > 0.0) || s.constraint_lower[j] == s.constraint_upper[j]) continue;
+    const bool weak = certificate.weakly_active_min + certificate.weakly_active_max > 0;
+    if (!weak || !(beyond > 0.0) || s.constraint_lower[j] == s.constraint_upper[j]) continue;
     if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
     const double share = beyond / std::abs(at_start[j] - result.constraints[j]);
     if (share > kCounts && std::isfinite(share)) {

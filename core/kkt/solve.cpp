@@ -56,11 +56,26 @@ class OwnPart {
     for (const Index i : terms_.lower) to.z_lower[i] = from.z_lower[i];
     for (const Index i : terms_.upper) to.z_upper[i] = from.z_upper[i];
   }
-  void add(const Step& correction, Step& step) const {
-    step.v.tail(n_) += correction.v.tail(n_);
-    step.lambda.tail(m_) += correction.lambda.tail(m_);
-    for (const Index i : terms_.lower) step.z_lower[i] += correction.z_lower[i];
-    for (const Index i : terms_.upper) step.z_upper[i] += correction.z_upper[i];
+  void add(double factor, const Step& correction, Step& step) const {
+    step.v.tail(n_) += factor * correction.v.tail(n_);
+    step.lambda.tail(m_) += factor * correction.lambda.tail(m_);
+    for (const Index i : terms_.lower) step.z_lower[i] += factor * correction.z_lower[i];
+    for (const Index i : terms_.upper) step.z_upper[i] += factor * correction.z_upper[i];
+  }
+  /// Rows of the variables and constraints.
+  void copy_equations(const NewtonResidual& from, NewtonResidual& to) const {
+    to.v.tail(n_) = from.v.tail(n_);
+    to.lambda.tail(m_) = from.lambda.tail(m_);
+  }
+  /// A few modes that Gamma spoils are left: the multiple of the last correction d with the
+  /// smallest residual, from K d = last - residual, which last becomes.
+  [[nodiscard]] double best_multiple(const NewtonResidual& residual, NewtonResidual& last) const {
+    auto product_v = last.v.tail(n_);
+    auto product_lambda = last.lambda.tail(m_);
+    product_v -= residual.v.tail(n_);
+    product_lambda -= residual.lambda.tail(m_);
+    return (residual.v.tail(n_).dot(product_v) + residual.lambda.tail(m_).dot(product_lambda)) /
+           (product_v.squaredNorm() + product_lambda.squaredNorm());
   }
 
  private:
@@ -294,15 +309,23 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   // Refinement: stops at what is enough, or when the residual no longer falls.
   double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
-    const double ratio = residual_ratio();
+    double ratio = residual_ratio();
+    if (std::isfinite(ratio) && ratio > parameters::kLittle * last_ratio) {
+      const double more = own.best_multiple(residual_, last_residual_);
+      if (std::isfinite(more)) {
+        own.add(more, correction_, step);
+        ratio = residual_ratio();
+      }
+    }
     if (!std::isfinite(ratio)) return false;
     if (is_enough(ratio)) return true;
     if (k == options_.max_refinement_steps || ratio > parameters::kProgress * last_ratio) {
       return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
     }
     last_ratio = ratio;
+    own.copy_equations(residual_, last_residual_);
     solve_reduced(block, shift, residual_, correction_);
-    own.add(correction_, step);
+    own.add(1.0, correction_, step);
   }
 }
 

@@ -42,7 +42,7 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
   eliminated_.setZero(canonical.variables());
   proximal_ = eliminated_;
   known_ = found_ = Eigen::VectorXd::Zero(canonical.variables() + canonical.constraints());
-  for (Step* step : {&residual_, &correction_}) {
+  for (Step* step : {&residual_, &last_residual_, &correction_}) {
     set_zero(canonical, *step);
   }
 }

@@ -37,7 +37,7 @@ struct KktArrays {
   Eigen::VectorXd reduced_;     ///< right-hand side and solution in the rows of a block
   Eigen::VectorXd eliminated_;  ///< bound multipliers' part of the variables' rows
   // Refinement
-  NewtonResidual residual_;
+  NewtonResidual residual_, last_residual_;
   Step correction_;
   // The same against the assembled matrix, in its rows
   Eigen::VectorXd reduced_rhs_, reduced_residual_, product_;
