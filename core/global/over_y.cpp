@@ -162,6 +162,11 @@ class MaximizationOverY {
     if (found_.finished && count > 1 && !found_.any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
     }
+    // A search that failed above all maxima, next to the limit, shows that there is a higher one.
+    if (limit_ && found_.is_higher(found_.highest(), highest_maximum_) && !found_.unbounded &&
+        is_near_limit(*limit_ - found_.highest(), found_.range.size())) {
+      found_.maximized = false;
+    }
     fit_range();
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
     const bool proves = context_.proof != nullptr || options_.minmax_worst_case_proof;
@@ -437,6 +442,7 @@ class MaximizationOverY {
                         result.status == DivergingIterates);
     const bool maximum = is_success(result.status);
     found_.maximized = found_.maximized || maximum || runs_away;
+    if (maximum || runs_away) highest_maximum_ = std::max(highest_maximum_, result.objective);
     found_.single_branch = found_.single_branch && maximum;
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
     if (runs_away || (maximum && !certified && limit_ && !is_boxed())) {
@@ -486,11 +492,12 @@ class MaximizationOverY {
   std::vector<std::size_t> free_;  ///< variables that are not held
   SearchStructure structure_;
   MaximaOverY found_;
-  ValueRange on_the_way_;          ///< of values at infeasible points
-  double accuracy_ = 0.0;          ///< of the value that a maximization leaves
-  std::vector<std::size_t> held_;  ///< few variables that all others follow; none: empty
-  std::vector<Beside> beside_;     ///< each of the maxima
-  Index corners_ = 0;              ///< that starts have had
+  double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away
+  ValueRange on_the_way_;                ///< of values at infeasible points
+  double accuracy_ = 0.0;                ///< of the value that a maximization leaves
+  std::vector<std::size_t> held_;        ///< few variables that all others follow; none: empty
+  std::vector<Beside> beside_;           ///< each of the maxima
+  Index corners_ = 0;                    ///< that starts have had
 };
 
 }  // namespace

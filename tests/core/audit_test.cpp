@@ -370,5 +370,22 @@ TEST(Audit, NothingRunsAwayInABox) {
   EXPECT_TRUE(is_success(result.status)) << result.message;
 }
 
+TEST(Audit, ASearchThatFailsAboveAllMaximaLeavesTheRowOpen) {
+  // exp(2 x y - y^2 - 4) <= 1 for every y: x <= 2. From y = .1 it overflows, far out it is zero.
+  for (const double shift : {0.0, 1e4}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x") - shift;
+    const Expression y = model.variable(kMax, "y") - shift;
+    model.objective(-x);
+    model.constraint(exp(2.0 * x * y - square(y) - 4.0), -kNoBound, 1.0, kMin);
+    AutodiffProblem problem(model, {shift + 0.5, shift + 0.1});
+    SolverOptions options;
+    options.minmax_epigraph = true;
+    const Result result = solve(problem, options);
+    EXPECT_TRUE(!is_success(result.status) || std::abs(result.objective + 2.0) < 1e-3)
+        << shift << ": " << result.objective;
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax

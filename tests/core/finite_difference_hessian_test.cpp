@@ -518,6 +518,9 @@ TEST(Detection, LooksOnlyAtTheVariablesThatTheModelCallsNonlinear) {
   const Pairs all{{0, 0}, {1, 0}, {1, 1}};
   const Index without_list = cost(std::nullopt, all);
   EXPECT_LE(cost(std::vector<Index>{0, 1}, all), without_list);
+  // A list that is wrong is found out.
+  cost(std::vector<Index>{0}, all);
+  cost(std::vector<Index>{}, all);
 }
 
 TEST(Detection, TheModelIsAskedForItsStartOnce) {

@@ -266,6 +266,26 @@ TEST(RunsToInfinity, AreNoFeasiblePointsFarFromTheStart) {
   EXPECT_NEAR(result.v[0] * result.v[1], 1e4, 1e-3);
 }
 
+TEST(RunsToInfinity, AreNoFullStepsOfTheWatchdog) {
+  // Newton's method for sqrt(1 + t^2) goes from t to -t^3. The line search shortens its steps,
+  // until full ones are tried: 5 would become 1e2, 1e6 and 1e19.
+  Model model;
+  std::vector<double> start;
+  std::vector<Expression> terms;
+  for (int i = 1; i < 8; ++i) {
+    terms.push_back(sqrt(1.0 + square(model.variable(kMin, ""))));
+    start.push_back(std::pow(2.0, i));
+  }
+  Expression objective = terms[0];
+  for (std::size_t i = 1; i < terms.size(); ++i) objective = objective + terms[i];
+  model.objective(objective);
+  AutodiffProblem problem(model, start);
+  SolverOptions options;
+  options.diverging_iterates_tol = 1e4;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::Solved) << name_of(result.status);
+}
+
 TEST(VanishingMaxSet, IsNamed) {
   // y^2 <= 1 - x with f = x-decreasing value: the minimizer gains by x -> 1, where Y(x) = {0} has
   // no interior and beyond which it is empty.

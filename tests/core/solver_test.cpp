@@ -312,6 +312,21 @@ TEST(SolveStatus, TheScalingOfFDoesNotHideAGradient) {
   }
 }
 
+// Where a search ends before it is balanced, the point that met the scaled tolerances is returned.
+TEST(SolveStatus, APointThatMeetsTheScaledTolerancesIsKept) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, kNoBound), y = model.variable(kMin, "y");
+  model.objective(x + 1e-3 / x);
+  model.constraint(x + square(y), 2.0, 2.0);
+  AutodiffProblem problem(model, {1e-4, 1.0});
+  SolverOptions options;
+  options.max_iter = solve(problem, options).iterations - 1;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::SolvedToAcceptableLevel) << result.message;
+  EXPECT_NEAR(result.objective, 2.0 * std::sqrt(1e-3), 1e-6);
+  EXPECT_NE(result.message.find("scaled tolerances"), std::string::npos) << result.message;
+}
+
 // The rounding of x, 1e4, leaves a gradient along p + q that nothing balances.
 TEST(SolveStatus, WhatRoundingLeavesOfAGradientIsNone) {
   Model model;
@@ -324,6 +339,18 @@ TEST(SolveStatus, WhatRoundingLeavesOfAGradientIsNone) {
   const Result result = solve(problem, {});
   EXPECT_TRUE(is_success(result.status)) << result.message;
   EXPECT_LT(result.iterations, 50);
+}
+
+// At x = 0, the only feasible point, no multiplier exists; the iterates stay there.
+TEST(SolveStatus, APointWithoutMultipliersIsASolution) {
+  for (const double unit : {1.0, 1e3}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x"), y = model.variable(kMin, "y");
+    model.objective(x * (1.0 / unit) + square(y));
+    model.constraint(square(x * (1.0 / unit)), 0.0, 0.0);
+    AutodiffProblem problem(model, {unit, 1.0});
+    EXPECT_EQ(solve(problem, {}).status, Status::SolvedDegenerate) << unit;
+  }
 }
 
 TEST(SolveStatus, WithoutShiftsAWrongPointIsNotALocalMinmax) {
@@ -435,6 +462,31 @@ TEST(SolveStatus, ALooseToleranceStopsAtTheAcceptableLevel) {
   EXPECT_EQ(result.status, Status::SolvedToAcceptableLevel);
   EXPECT_TRUE(is_success(result.status));
   EXPECT_GT(result.error.total, options.tol);
+}
+
+/// Bratu's equations just beyond their turning point have no solution. Newton's steps come within
+/// the acceptable tolerances of one, and the restoration that fails in the end leads away from it.
+TEST(SolveStatus, WhereARestorationFailsTheAcceptablePointBeforeItIsTheAnswer) {
+  constexpr int kSide = 3;
+  constexpr double kStep = 1.0 / (kSide + 1);
+  Model model;
+  std::vector<Expression> u;
+  for (int k = 0; k < kSide * kSide; ++k) {
+    u.push_back(model.variable(kMin, "u" + std::to_string(k)));
+  }
+  for (int k = 0; k < kSide * kSide; ++k) {
+    const int i = k / kSide, j = k % kSide;
+    Expression left = 4.0 * u[k] - kStep * kStep * 6.69050983 * exp(u[k]);
+    if (i > 0) left = left - u[k - kSide];
+    if (i + 1 < kSide) left = left - u[k + kSide];
+    if (j > 0) left = left - u[k - 1];
+    if (j + 1 < kSide) left = left - u[k + 1];
+    model.constraint(left, 0.0, 0.0);
+  }
+  AutodiffProblem problem(model, std::vector<double>(kSide * kSide, 0.0));
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::SolvedToAcceptableLevel);
+  EXPECT_LE(result.error.total, 1e-6);
 }
 
 TEST(SolveStatus, EveryStatusHasItsOwnName) {
