@@ -73,10 +73,6 @@ struct TrialPoint {
   bool relaxed = false;   ///< bounds were released that bound_relax_factor alone made active
   bool is_far = false;    ///< the conditions hold, at a solution that is farther than allowed
 
-  /// Per variable, or empty: bounds of Max that the solution is at although nothing holds it there.
-  std::vector<bool> at_bound;
-  [[nodiscard]] bool is_at_bound(Index i) const { return !at_bound.empty() && at_bound[at(i)]; }
-
   NewtonTest newton;
   bool converges = false;  ///< Newton's method, to a solution with this active set
   Vector error;            ///< of W, scaled

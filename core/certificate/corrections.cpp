@@ -88,18 +88,13 @@ bool begin(TestContext& c, bool follow, TrialPoint& next) {
   return take_up_set(c, next);
 }
 
-/// A bound of Max that is active only since it was relaxed, or that the solution is at, is weakly
-/// active; others are not active.
+/// A bound of Max that is active only since it was relaxed is weakly active; others are not active.
 bool release_bounds(TestContext& c, TrialPoint& next) {
   for (const Index i : next.newton.released) {
-    BoundClass& found = next.set.of[at(i)];
-    if (found == BoundClass::Inactive) {
-      next.at_bound.resize(at(c.canonical.variables()), false);
-      next.at_bound[at(i)] = true;
-    }
-    next.relaxed = next.relaxed || found == BoundClass::Active;
-    const bool weak = found != BoundClass::WeaklyActive && c.canonical.owned_by_max(i);
-    found = weak ? BoundClass::WeaklyActive : BoundClass::Inactive;
+    const bool relaxed = next.set[i] == BoundClass::Active;
+    next.relaxed = next.relaxed || relaxed;
+    next.set.of[at(i)] =
+        relaxed && c.canonical.owned_by_max(i) ? BoundClass::WeaklyActive : BoundClass::Inactive;
   }
   return drop_inactive_multipliers(c, next);
 }

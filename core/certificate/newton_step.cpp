@@ -111,7 +111,7 @@ struct ActiveSetNewton {
       const double after = -side * canonical.sign(i) * work.gradient[i];
       if (set[i] == BoundClass::Active) {
         expect(i, std::abs(after - before) <= kConfirmed * before);
-      } else if (canonical.owned_by_max(i) && after < -before && !trial.is_at_bound(i)) {
+      } else if (canonical.owned_by_max(i) && after < -before) {  // else zero, as far as is known
         test.released.push_back(i);
         expect(i, false);
       }
@@ -124,7 +124,6 @@ struct ActiveSetNewton {
       const double own = relaxation_of(canonical, i, side, c.options);
       const bool at_bound = set.side_of(i) == side && canonical.owned_by_max(i) &&
                             std::abs(distance - side * work.dv[i] - own) < kAtBound * own;
-      if (at_bound && !trial.is_at_bound(i)) test.released.push_back(i);
       expect(i, side * work.dv[i] <= kConfirmed * distance && !at_bound);
     });
   }
@@ -150,7 +149,11 @@ struct ActiveSetNewton {
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const double own = relaxation_of(canonical, i, side, c.options);
       if (!system.is_fixed(i)) {
-        if (distance <= 2.0 * own) outside[i] = own;
+        if (distance > 2.0 * own) return;
+        outside[i] = own;
+        // Beyond its model's bound an answer that is not unique counts for nothing.
+        const bool of_max = canonical.owned_by_max(i) && set[i] == BoundClass::Inactive;
+        decides = decides || (of_max && curvature[i] == 0.0);
       } else if (set.side_of(i) == side) {
         back[i] = -side * own;
         decides = decides || curvature[i] == 0.0;

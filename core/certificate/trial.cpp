@@ -157,7 +157,6 @@ void TrialPoint::begin(const CanonicalProblem& canonical, const Point& here, dou
   mu = its_mu;
   set.reset(canonical);
   inactive = {};
-  at_bound.clear();
   test = {};
   newton.clear();
   inner.reset();
