@@ -40,7 +40,8 @@ class TnlpProblem : public Problem {
   [[nodiscard]] bool is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
                            HessianApproximation hessian) const;
 
-  /// Passes the iteration on to intermediate_callback or maximization_callback; false when the model wants to stop.
+  /// Passes the iteration on to intermediate_callback or maximization_callback; false when the model
+  /// wants to stop.
   [[nodiscard]] bool report(const IterationInfo& info);
 
   /// Whether the model has given a starting point.

@@ -22,8 +22,8 @@ struct Scaler {
   Vector& d = arrays.scaling.variable;
 
   /// The block of one player: diagonal entries first, then rows without one. Max's comes first; for
-  /// Min what couples x to y counts, too: the maximizer's answer makes of it W_xy^2 / W_yy, which is
-  /// curvature of x as well.
+  /// Min what couples x to y counts, too: the maximizer's answer makes of it W_xy^2 / W_yy, which
+  /// is curvature of x as well.
   void equilibrate(bool max) {
     arrays.diagonal.setZero(d.size());
     arrays.coupling.setZero(d.size());

@@ -125,6 +125,8 @@ class MaximizationOverY {
     for (std::size_t i = 0; i < s_.variable_lower.size(); ++i) {
       if (s_.variable_lower[i] < s_.variable_upper[i]) free_.push_back(i);
     }
+    is_boxed_ = boxed_variables(s_, options_).size() == free_.size();
+    is_relaxed_by_much_ = is_relaxed_by_much(s_, options_);
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
@@ -315,8 +317,8 @@ class MaximizationOverY {
   }
 
   /// By values at infeasible points, up to the size of the function; at most to what matters beside
-  /// the highest maximum: what x can change there, as each Min variable changes by its size, how far
-  /// other maxima are below, and what a solve leaves undecided.
+  /// the highest maximum: what x can change there, as each Min variable changes by its size, how
+  /// far other maxima are below, and what a solve leaves undecided.
   void fit_range() {
     const double width = std::min(on_the_way_.size(), context_.size);
     if (width > found_.range.size()) found_.range.see(found_.range.most - width);
@@ -378,74 +380,67 @@ class MaximizationOverY {
     return observer;
   }
 
-  /// Whether all variables that are not held have two bounds: none of them can run away.
-  [[nodiscard]] bool is_boxed() const {
-    return boxed_variables(inner_.structure(), options_).size() == free_.size();
+  /// Whether bounds are relaxed by what counts beside a box: it would decide between x that are as
+  /// good.
+  [[nodiscard]] static bool is_relaxed_by_much(const ProblemStructure& s,
+                                               const SolverOptions& options) {
+    constexpr double kCounts = 1e-7;
+    return std::ranges::any_of(boxed_variables(s, options), [&](std::size_t i) {
+      const double lower = s.variable_lower[i], upper = s.variable_upper[i], width = upper - lower;
+      return std::max(relaxation(lower, width, options), relaxation(upper, width, options)) >
+             kCounts * width;
+    });
+  }
+
+  /// Empty where the constraints do not hold, or the function is undefined.
+  [[nodiscard]] std::optional<double> value_where_feasible(const std::vector<double>& v) {
+    std::vector<double> g(s_.constraint_lower.size());
+    double value = 0.0;
+    ++context_.work.counts.objective;
+    ++context_.work.counts.constraints;
+    if (is_feasible(inner_, options_, v, g) && inner_.objective(v, false, value)) return value;
+    return {};
   }
 
   /// Whether the function is above the limit farther out in the direction of a point: where it
   /// runs to a value that it never reaches it is not.
   [[nodiscard]] bool exceeds_farther_out(const std::vector<double>& v) {
-    const std::vector<double> from = starting_values(inner_);
-    std::vector<double> there = v, g(inner_.structure().constraint_lower.size());
+    if (own_.empty()) return false;
+    std::vector<double> there = v;
     for (const double times : {1e3, 1e6, 1e9}) {
       for (const std::size_t i : free_) {
-        there[i] =
-            std::clamp(from[i] + times * (v[i] - from[i]), inner_.structure().variable_lower[i],
-                       inner_.structure().variable_upper[i]);
+        there[i] = std::clamp(own_[i] + times * (v[i] - own_[i]), s_.variable_lower[i],
+                              s_.variable_upper[i]);
       }
-      double value = 0.0;
-      ++context_.work.counts.objective;
-      ++context_.work.counts.constraints;
-      if (is_feasible(inner_, options_, there, g) && inner_.objective(there, false, value) &&
-          is_above_limit(value)) {
-        return true;
-      }
+      const auto value = value_where_feasible(there);
+      if (value && is_above_limit(*value)) return true;
     }
     return false;
   }
 
-  /// Whether bounds are relaxed by what counts beside a box: it would decide between x that are as
-  /// good.
-  [[nodiscard]] bool is_relaxed_by_much() const {
-    constexpr double kCounts = 1e-7;
-    const ProblemStructure& s = inner_.structure();
-    return std::ranges::any_of(boxed_variables(s, options_), [&](std::size_t i) {
-      const double lower = s.variable_lower[i], upper = s.variable_upper[i], width = upper - lower;
-      return std::max(relaxation(lower, width, options_), relaxation(upper, width, options_)) >
-             kCounts * width;
-    });
-  }
-
   /// Unless the constraints do not hold there.
   void move_into_bounds(std::vector<double>& v, double& value) {
-    const ProblemStructure& s = inner_.structure();
-    std::vector<double> inside = v, g(s.constraint_lower.size());
+    std::vector<double> inside = v;
     for (const std::size_t i : free_)
-      inside[i] = std::clamp(v[i], s.variable_lower[i], s.variable_upper[i]);
-    double there = 0.0;
+      inside[i] = std::clamp(v[i], s_.variable_lower[i], s_.variable_upper[i]);
     if (inside == v) return;
-    ++context_.work.counts.objective;
-    ++context_.work.counts.constraints;
-    if (!is_feasible(inner_, options_, inside, g) || !inner_.objective(inside, false, there) ||
-        !std::isfinite(there)) {
-      return;
-    }
+    const auto there = value_where_feasible(inside);
+    if (!there || !std::isfinite(*there)) return;
     v = std::move(inside);
-    value = there;
+    value = *there;
   }
 
   void add(const Result& result) {
     using enum Status;
     const bool runs_away =
-        !is_boxed() && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
-                        result.status == DivergingIterates);
+        !is_boxed_ && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
+                       result.status == DivergingIterates);
     const bool maximum = is_success(result.status);
     found_.maximized = found_.maximized || maximum || runs_away;
     if (maximum || runs_away) highest_maximum_ = std::max(highest_maximum_, result.objective);
     found_.single_branch = found_.single_branch && maximum;
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-    if (runs_away || (maximum && !certified && limit_ && !is_boxed())) {
+    if (runs_away || (maximum && !certified && limit_ && !is_boxed_)) {
       // Far away and infeasible, nothing is seen of f.
       double size = 0.0;
       for (const std::size_t i : free_) size = std::max(size, std::abs(result.v[i]));
@@ -458,7 +453,7 @@ class MaximizationOverY {
     }
     std::vector<double> v = result.v;
     double value = result.objective;
-    if (limit_ && is_relaxed_by_much()) move_into_bounds(v, value);
+    if (limit_ && is_relaxed_by_much_) move_into_bounds(v, value);
     found_.range.see(value);
     accuracy_ = std::max(accuracy_, options_.tol / std::abs(result.objective_scale));
     if (context_.witnesses != nullptr) context_.witnesses->add(v);
@@ -490,6 +485,8 @@ class MaximizationOverY {
   ProblemStructure sampled_;  ///< inner_'s, with all bounds that are known
   VariableRanges ranges_;
   std::vector<std::size_t> free_;  ///< variables that are not held
+  bool is_boxed_ = false;          ///< these all have two bounds: none of them can run away
+  bool is_relaxed_by_much_ = false;
   SearchStructure structure_;
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away

@@ -161,8 +161,8 @@ struct SideScan : MaximaOverY {
     const std::vector<RobustCopies::WorstCase>& known, const std::vector<RobustWorstCase>& followed,
     const RobustScopes& scopes, const RowUnits& units, const MaximizationContext& context);
 
-/// Of each side the highest worst case of the last solve, unless its full search is among the oldest:
-/// then it is searched fully in this one.
+/// Of each side the highest worst case of the last solve, unless its full search is among the
+/// oldest: then it is searched fully in this one.
 [[nodiscard]] std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
                                                                  const SolverOptions& options);
 
