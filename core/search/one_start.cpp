@@ -3,11 +3,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/diagnostics/diagnosis.hpp"
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/diagnostics/diagnosis.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
