@@ -41,6 +41,8 @@ struct ProblemStructure {
   /// n or empty: units of the variables inside the solve, unless the user scales them. A problem
   /// that is built from another model sets them.
   std::vector<double> variable_units{};
+  /// The objective over that of the model that the problem is built from, which tol is meant for.
+  double objective_factor = 1.0;
 };
 
 /// Returns the default owners of the constraints: Max for a constraint with a Jacobian entry in a

@@ -382,8 +382,9 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
   };
   std::vector<double> at_start;
   for (std::size_t j = 0; j < std::min(result.constraints.size(), result.lambda.size()); ++j) {
-    const double beyond =
-        excess(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]);
+    const double g = result.constraints[j];
+    const double lower = s.constraint_lower[j], upper = s.constraint_upper[j];
+    const double beyond = excess(g, lower, upper);
     const auto row = static_cast<Index>(j);
     const double change = beyond * std::abs(result.lambda[j]);
     if (change > counts_from) {
@@ -391,10 +392,12 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
           .constraints.push_back(row);
     }
     // A multiplier of zero says nothing of how far the row is violated.
+    if (!(beyond > 0.0) || lower == upper) continue;
     const bool weak = certificate.weakly_active_min + certificate.weakly_active_max > 0;
-    if (!weak || !(beyond > 0.0) || s.constraint_lower[j] == s.constraint_upper[j]) continue;
+    const double most = relaxation(g > upper ? upper : lower, upper - lower, options);
+    if (!weak && beyond > 0.5 * most) continue;
     if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
-    const double share = beyond / std::abs(at_start[j] - result.constraints[j]);
+    const double share = beyond / std::abs(at_start[j] - g);
     if (share > kCounts && std::isfinite(share)) {
       return add(s.constraint_players[j], constraint_name(s, row),
                  ", which is violated by " + number_text(share, 2) +

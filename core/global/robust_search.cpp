@@ -442,6 +442,46 @@ void RobustSearch::report(const Solved& solved, const std::vector<SideScan>& sca
       list_worst_cases(form_, *copies, result, scans, ranges_, options_.minmax_distinct_tol);
   answer_.over_y = search_over_y(form_, scans, place_.v, verified || starts_ == 0);
   answer_.over_y.asked = starts_;
+  if (verified && is_certified(result) && !is_same_across_bounds(solved)) {
+    answer_.over_y.open =
+        "x is decided by how far y is from its bounds, within what bound_relax_factor allows";
+  }
+}
+
+/// Whether x stays where it is as active worst cases that are held at bounds of y go to the other
+/// side of these. A distance to a bound that is within its relaxation decides nothing.
+bool RobustSearch::is_same_across_bounds(const Solved& solved) {
+  constexpr double kAt = 16.0, kAcross = 2.0;  // relaxations of a bound
+  const auto& [copies, result] = solved;
+  const ProblemStructure& s = form_.solved.structure();
+  const Place own = place_;
+  bool any = false;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    RobustCopies::WorstCase& one = place_.worst_cases[k];
+    if (!one.held || !copies->is_active(result, k)) continue;
+    for (const Index variable : copies->scope(k).variables) {
+      const std::size_t i = at(variable);
+      const double lower = s.variable_lower[i], upper = s.variable_upper[i];
+      for (const double bound : {lower, upper}) {
+        const double relaxed = relaxation(bound, upper - lower, options_), past = one.v[i] - bound;
+        if (lower == upper || !(std::abs(past) <= kAt * relaxed)) continue;
+        one.v[i] = bound + (past > 0.0 ? -kAcross : kAcross) * relaxed;
+        any = true;
+      }
+    }
+  }
+  bool same = true;
+  if (any && !budget_.used_up()) {
+    const Result across = solve_worst_cases(false).result;
+    std::vector<Index> of_min;
+    for (std::size_t i = 0; i < own.v.size(); ++i) {
+      if (s.variable_players[i] == Player::Min) of_min.push_back(static_cast<Index>(i));
+    }
+    same = is_success(across.status) &&
+           same_point(across.v, own.v, ranges_, of_min, options_.minmax_distinct_tol);
+  }
+  place_ = own;
+  return same;
 }
 
 }  // namespace ipminmax

@@ -59,6 +59,7 @@ class RobustSearch {
   void release(const std::vector<SideScan>& scans, double nearly);
   void settle(const Solved& solved, const std::vector<SideScan>& scans);
   void report(const Solved& solved, const std::vector<SideScan>& scans, bool verified);
+  [[nodiscard]] bool is_same_across_bounds(const Solved& solved);
   void name_infeasible(std::vector<double> start);  // robust_infeasible.cpp
 
   RobustForm form_;

@@ -227,6 +227,8 @@ class CanonicalProblem : Kept<CanonicalArrays> {
     return row_scale_[at(constraint)];
   }
   [[nodiscard]] double objective_scale() const { return objective_scale_; }
+  /// ProblemStructure::objective_factor.
+  [[nodiscard]] double objective_factor() const { return structure_.objective_factor; }
   /// Factor by which a canonical variable was scaled.
   [[nodiscard]] double variable_scale(Index variable) const { return col_scale_[at(variable)]; }
 

@@ -155,6 +155,7 @@ InRowUnits::InRowUnits(Problem& model, RowUnits units)
     }
   }
   changed.variable_units = units_.variables;
+  changed.objective_factor = units_.objective;
   if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, units_);
 }
 

@@ -24,6 +24,7 @@ bool FirstOrderTest::is_acceptable(const Point& point) {
 }
 
 bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
+  tolerance *= std::min(1.0, canonical_.objective_factor());
   if (std::max(point.error.dual_min, point.error.dual_max) <= tolerance) return true;
   constexpr double kBalanced = 1e-4;  // |sum| over its largest term
   const Iterate& z = point.iterate;

@@ -387,5 +387,67 @@ TEST(Audit, ASearchThatFailsAboveAllMaximaLeavesTheRowOpen) {
   }
 }
 
+TEST(Audit, HeldWorstCasesBesideTheirBoundsDecideNothing) {
+  // p'Aq, every p is as good: how far the second q is from its bound is no reason to prefer one.
+  for (const double unit : {1.0, 1e4}) {
+    for (const double q_row : {1.0, 1e-6}) {
+      Model model;
+      const Expression p = model.variable(kMin, "p", 0.0) / unit;
+      const Expression r = model.variable(kMin, "r", 0.0);
+      const Expression q0 = model.variable(kMax, "q0", 0.0);
+      const Expression q1 = model.variable(kMax, "q1", 0.0);
+      const Expression q2 = model.variable(kMax, "q2", 0.0);
+      model.objective(2.0 * (p + r) * (q0 + q2) - r * q1);
+      model.constraint(p + r, 1.0, 1.0, kMin);
+      model.constraint(q_row * (q0 + q1 + q2), q_row, q_row, kMax);
+      AutodiffProblem problem(model, {0.6 * unit, 0.4, 0.3, 0.3, 0.4});
+      SolverOptions options;
+      options.minmax_epigraph = true;
+      const Result result = solve(problem, options);
+      EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax) << unit << ", " << q_row;
+    }
+  }
+}
+
+TEST(Audit, ARowInsideItsRelaxationIsNamedWhereItIsViolatedByMuch) {
+  // x + .6 y + .8 w <= 2 over the unit disc: x = 1. In these units the disc is anything.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  const Expression w = model.variable(kMax, "w", -2.0, 2.0);
+  model.objective(square(x - 4.0));
+  model.constraint(1e-6 * (x + 0.6 * y + 0.8 * w) + 1e6, -kNoBound, 2e-6 + 1e6, kMin);
+  model.constraint(1e-6 * (square(y) + square(w)) + 1e6, -kNoBound, 1e-6 + 1e6, kMax);
+  AutodiffProblem problem(model, {0.0, 0.1, 0.1});
+  for (const int starts : {0, 5}) {
+    SolverOptions options;
+    options.minmax_starts = starts;
+    const Result result = solve(problem, options);
+    const bool says_so = std::ranges::any_of(result.certificate.reasons, [](const auto& reason) {
+      return reason.kind == CertificateReason::Kind::Relaxed;
+    });
+    EXPECT_TRUE(!is_success(result.status) || says_so || std::abs(result.v[0] - 1.0) < 1e-3)
+        << result.v[0];
+  }
+}
+
+TEST(Audit, TheEpigraphFormIsSolvedAsAccuratelyAsTheModel) {
+  // x + 1/x on x = 2 - w^2: 2 at x = 1. At the start f is 1e6; w = 0 is stationary, and a maximum.
+  for (const double width : {1e-6, 1.0}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", 0.0);
+    const Expression w = model.variable(kMin, "w");
+    static_cast<void>(model.variable(kMax, "unread", -width, 2.0 * width));
+    model.objective(x + 1.0 / x);
+    model.constraint(x + square(w), 2.0, 2.0, kMin);
+    AutodiffProblem problem(model, {1e-6, 1.0, 0.0});
+    SolverOptions options;
+    options.minmax_epigraph = true;
+    const Result result = solve(problem, options);
+    EXPECT_TRUE(!is_success(result.status) || std::abs(result.objective - 2.0) < 1e-4)
+        << width << ": " << result.objective;
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax
