@@ -58,7 +58,9 @@ bool FirstOrderTest::has_settled(const Eigen::VectorXd& v) {
     const auto part = [&](const Eigen::VectorXd& of) {
       return of.segment(variables.begin, variables.size()).array();
     };
-    const auto size = part(v).abs().max(part(canonical_.starting_point().v).abs());
+    // Beside a variable that has gone far from its start a step may look like rest.
+    const auto start = part(canonical_.starting_point().v).abs();
+    const auto size = (start > 0.0).select(start, part(v).abs());
     return ((part(v) - part(settled_at_)).abs() > parameters::kHardly * size).any();
   };
   if (settled_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {

@@ -449,5 +449,23 @@ TEST(Audit, TheEpigraphFormIsSolvedAsAccuratelyAsTheModel) {
   }
 }
 
+TEST(Audit, AStepIsNoRestBesideAVariableThatHasGoneFar) {
+  // The least t with (x - .3) y <= t for |y| <= 1: 0 at x = .3.
+  for (const double x_unit : {1.0, 1e-6}) {
+    Model model;
+    const Expression x = x_unit * model.variable(kMin, "x");
+    const Expression t = 10.0 * model.variable(kMin, "t");
+    const Expression y = 10.0 * model.variable(kMax, "y", -0.1, 0.1);
+    model.objective(t);
+    model.constraint((x - 0.3) * y - t, -kNoBound, 0.0, kMin);
+    AutodiffProblem problem(model, {1.0 / x_unit, 0.1, 0.02});
+    SolverOptions options;
+    options.minmax_epigraph = true;
+    const Result result = solve(problem, options);
+    EXPECT_TRUE(!is_success(result.status) || std::abs(result.objective) < 1e-3)
+        << x_unit << ": " << result.objective;
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax
