@@ -20,7 +20,7 @@ started_with() { grep -zqxs -- "$1" "/proc/$2/environ"; }
 left_running() {
   local process name
   for process in /proc/[0-9]*; do
-    name=$(cat "$process/comm" 2>/dev/null) || continue
+    { read -r name <"$process/comm"; } 2>/dev/null || continue
     case $name in
     ipminmax | ipminmax-worker | mpi_*) ;;
     *) continue ;;
@@ -52,7 +52,7 @@ expect() {
 
 wait_for() {
   local k
-  for k in $(seq 1200); do
+  for k in $(seq 3000); do
     grep -q -s -- "$1" "$log" && return
     sleep 0.1
   done
@@ -152,11 +152,11 @@ starts_rank_killed)
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 starts_taken_over)
-  begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts 160
+  begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts 320
   for pid in $(left_running); do
     started_with OMPI_COMM_WORLD_RANK=2 "$pid" && kill -KILL "$pid"
   done
-  expect_end 100 "^160 starts"
+  expect_end 100 "^320 starts"
   grep -q "rank 2 does not answer any more" "$log" || fail "the death was not noticed"
   ;;
 starts_interrupted)
