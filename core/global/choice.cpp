@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -14,7 +15,7 @@ namespace {
 /// The variables by which points are told apart.
 std::vector<std::size_t> places(const ProblemStructure& structure, bool by_x) {
   std::vector<std::size_t> places;
-  for (std::size_t i = 0; i < structure.variable_players.size(); ++i) {
+  for (const auto i : indices(structure.variable_players)) {
     if (!by_x || structure.variable_players[i] == Player::Min) places.push_back(i);
   }
   return places;
@@ -24,7 +25,7 @@ std::vector<std::size_t> places(const ProblemStructure& structure, bool by_x) {
 
 std::vector<double> max_part(const ProblemStructure& structure, const std::vector<double>& v) {
   std::vector<double> values;
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  for (const auto i : indices(v)) {
     if (structure.variable_players[i] == Player::Max) values.push_back(v[i]);
   }
   return values;

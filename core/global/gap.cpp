@@ -12,11 +12,13 @@
 #include "core/gap.hpp"
 #include "core/global/held.hpp"
 #include "core/global/over_y.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
+#include "linalg/numbers.hpp"
 
 // Of a game that is convex in x and concave in y,
 //     min over x of f(x, y*)  <=  its value  <=  max over y of f(x*, y)
@@ -41,7 +43,7 @@ struct SecondDerivatives {
   }
 
   [[nodiscard]] bool may_vanish() const {
-    for (std::size_t k = 0; k < w.size(); ++k) {
+    for (const auto k : indices(w)) {
       if (std::abs(w[k]) > errors[at(s.hessian[k].row)]) return false;
     }
     return known;
@@ -54,7 +56,7 @@ struct SecondDerivatives {
       const double shift = errors[at(i)] + std::numeric_limits<double>::min();
       entries.emplace_back(i, i, shift);
     }
-    for (std::size_t k = 0; k < w.size(); ++k) {
+    for (const auto k : indices(w)) {
       const auto [row, col] = s.hessian[k];
       if (s.variable_players[at(row)] != player || s.variable_players[at(col)] != player) continue;
       const double own = player == Player::Min ? w[k] : -w[k];

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
+#include "core/robust/extended_structure.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -15,17 +17,7 @@ class Held final : public Restructured {
  public:
   Held(Problem& model, const std::vector<std::size_t>& variables, std::vector<double> v)
       : Restructured(model), v_(std::move(v)) {
-    for (const std::size_t i : variables) {
-      changed.variable_lower[i] = changed.variable_upper[i] = v_[i];
-    }
-  }
-
-  void drop_constraints_of(Player player) {
-    for (std::size_t j = 0; j < changed.constraint_players.size(); ++j) {
-      if (changed.constraint_players[j] != player) continue;
-      changed.constraint_lower[j] = -kInfinity;
-      changed.constraint_upper[j] = kInfinity;
-    }
+    for (const std::size_t i : variables) fix_variable(changed, static_cast<Index>(i), v_[i]);
   }
 
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
@@ -42,11 +34,14 @@ class Held final : public Restructured {
   const Player other = player == Player::Max ? Player::Min : Player::Max;
   const std::vector<Player>& players = model.structure().variable_players;
   std::vector<std::size_t> of_other;
-  for (std::size_t i = 0; i < players.size(); ++i) {
+  for (const auto i : indices(players)) {
     if (players[i] == other) of_other.push_back(i);
   }
   Held held(model, of_other, {v.begin(), v.end()});
-  held.drop_constraints_of(other);
+  for (const auto j : indices(held.changed.constraint_players)) {
+    if (held.changed.constraint_players[j] == other)
+      drop_constraint(held.changed, static_cast<Index>(j));
+  }
   return held;
 }
 

@@ -8,8 +8,8 @@
 #include "core/global/places_over_y.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/sampling.hpp"
 #include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"
@@ -23,10 +23,10 @@ namespace {
 constexpr Index kStartsOfRows = 8;
 /// Most of them where one more maximum could violate the constraint, and the share of starts that
 /// may lead to such ones.
-constexpr Index kMostStartsOfRows = parameters::kPlenty;
-constexpr double kUnseenShare = parameters::kSmall;
+constexpr Index kMostStartsOfRows = 100;
+constexpr double kUnseenShare = 1e-2;
 /// Of the range of values: what the next maximum may have more where those found are equal.
-constexpr double kMore = parameters::kSmall;
+constexpr double kMore = 1e-2;
 /// Searches after which a row is not looked at any longer whose maxima, less than half as many, are
 /// far from the limit: of 9,000 more in 250 random programs none exceeded it.
 constexpr Index kLooksFromAfar = 3;
@@ -35,13 +35,13 @@ constexpr Index kLooksFromAfar = 3;
 constexpr std::size_t kSolvesOfFullSearches = 10;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
-constexpr Index kOften = parameters::kPatience;
+constexpr Index kOften = 10;
 /// Searches that begin beside a maximum.
-constexpr std::size_t kBeside = parameters::kFew;
+constexpr std::size_t kBeside = 4;
 /// Maxima of one value that searches begin beside.
 constexpr Index kBesideOneHeight = 3;
 /// Barrier parameter from which a start beside a maximum is not forgotten.
-constexpr double kMuBeside = parameters::kSlight;
+constexpr double kMuBeside = 1e-4;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
 
@@ -53,7 +53,7 @@ struct Beside {
 
 /// Whether the maximizer has constraints other than equations.
 bool has_inequality(const ProblemStructure& s, const SolverOptions& options) {
-  for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
+  for (const auto j : indices(s.constraint_lower)) {
     const bool bounded = s.constraint_lower[j] > options.nlp_lower_bound_inf ||
                          s.constraint_upper[j] < options.nlp_upper_bound_inf;
     if (bounded && s.constraint_lower[j] < s.constraint_upper[j]) return true;
@@ -61,12 +61,55 @@ bool has_inequality(const ProblemStructure& s, const SolverOptions& options) {
   return false;
 }
 
+/// Whether bounds are relaxed by what counts beside a box: it would decide between x that are as
+/// good.
+bool is_relaxed_by_much(const ProblemStructure& s, const SolverOptions& options) {
+  constexpr double kCounts = 1e-7;
+  return std::ranges::any_of(boxed_variables(s, options), [&](std::size_t i) {
+    const double lower = s.variable_lower[i], upper = s.variable_upper[i], width = upper - lower;
+    return std::max(relaxation(lower, width, options), relaxation(upper, width, options)) >
+           kCounts * width;
+  });
+}
+
+/// Whether so many maximizations ended at few maxima, far from the limit.
+bool is_far(const MaximaOverY& found, double limit) {
+  const auto distinct = static_cast<Index>(found.heights().size());
+  return found.made >= kLooksFromAfar && distinct > 0 && found.made > 2 * distinct &&
+         !is_near_limit(limit - found.highest(), found.range.size());
+}
+
+/// Whether another start is worth its cost. Where n random ones found maxima of w values,
+/// w (w + 1) / (n - w - 2) more are to be expected, to which w (w + 1) / (n (n - 1)) of all starts
+/// lead (Boender and Rinnooy Kan 1987): half a one is not, nor a rare one. Nor does one count that
+/// would have to be higher than the highest by more than the known ones differ.
+bool is_worth_more(const MaximaOverY& found, double limit, Index made) {
+  const std::vector<double> values = found.heights();
+  const auto distinct = static_cast<Index>(values.size());
+  const double lowest = values.empty() ? kInfinity : std::ranges::min(values);
+  const double most = found.highest();
+  const double more = std::max(most - lowest, kMore * found.range.size());
+  return !found.is_higher(most, limit) && most + more > limit &&
+         (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
+          distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
+}
+
+/// Empty where the constraints do not hold, or the function is undefined.
+std::optional<double> value_where_feasible(Problem& inner, const SolverOptions& options,
+                                           const std::vector<double>& v, Counts& counts) {
+  std::vector<double> g(inner.structure().constraint_lower.size());
+  double value = 0.0;
+  ++counts.objective;
+  ++counts.constraints;
+  if (is_feasible(inner, options, v, g) && inner.objective(v, false, value)) return value;
+  return {};
+}
+
 /// Of maxima: a point of a convex Y.
 std::vector<double> center(const std::vector<WorstCaseMaximum>& maxima) {
   std::vector<double> mean(maxima.front().v.size(), 0.0);
   for (const WorstCaseMaximum& maximum : maxima) {
-    for (std::size_t i = 0; i < mean.size(); ++i)
-      mean[i] += maximum.v[i] / static_cast<double>(maxima.size());
+    for (const auto i : indices(mean)) mean[i] += maximum.v[i] / static_cast<double>(maxima.size());
   }
   return mean;
 }
@@ -122,7 +165,7 @@ class MaximizationOverY {
         own_(starting_values(inner)),
         sampled_(with_bounds_of_rows(inner, own_, context.work.counts)),
         ranges_(sampled_) {
-    for (std::size_t i = 0; i < s_.variable_lower.size(); ++i) {
+    for (const auto i : indices(s_.variable_lower)) {
       if (s_.variable_lower[i] < s_.variable_upper[i]) free_.push_back(i);
     }
     is_boxed_ = boxed_variables(s_, options_).size() == free_.size();
@@ -144,8 +187,12 @@ class MaximizationOverY {
     detection.counts = structure_.detect(inner_, options_);
     add_work(detection, context_.work);
     Index start = 0;
-    for (; (start < count && !is_far_from_limit()) ||
-           (start < kMostStartsOfRows && may_be_higher(start));
+    const bool looks_longer = limit_ && may_look_longer(options_);
+    const auto may_be_higher = [&] {
+      return looks_longer && is_worth_more(found_, *limit_, start);
+    };
+    for (; (start < count && !(looks_longer && is_far(found_, *limit_))) ||
+           (start < kMostStartsOfRows && may_be_higher());
          ++start) {
       std::vector<double> v;
       SolverOptions options = options_;
@@ -158,8 +205,12 @@ class MaximizationOverY {
       if (!maximize_from(std::move(v), options)) break;
       if (start + 1 >= count && limit_ && !look_beside()) break;
     }
+    Index often = 0;  // the highest value was found
+    for (const WorstCaseMaximum& maximum : found_.maxima) {
+      if (!found_.is_higher(found_.highest(), maximum.value)) often += maximum.found;
+    }
     found_.settled = found_.valueless_corners.empty() &&
-                     (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
+                     (start < kMostStartsOfRows || !may_be_higher() || often >= kOften);
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !found_.any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -216,7 +267,7 @@ class MaximizationOverY {
     options.minmax_pure_newton = true;
     Result result = solve_from_start(held, options, context_.budget, observer(), nullptr);
     add_work(result, context_.work);
-    ++context_.looked.maximizations;
+    ++context_.work.over_y.maximizations;
     return result;
   }
 
@@ -246,38 +297,6 @@ class MaximizationOverY {
                        context_.work.counts);
   }
 
-  [[nodiscard]] bool is_far_from_limit() const {
-    if (!limit_ || !may_look_longer(options_) || found_.made < kLooksFromAfar) return false;
-    const auto distinct = static_cast<Index>(found_.heights().size());
-    return distinct > 0 && found_.made > 2 * distinct &&
-           !is_near_limit(*limit_ - found_.highest(), found_.range.size());
-  }
-
-  /// Whether another start is worth its cost. Where n random ones found maxima of w values,
-  /// w (w + 1) / (n - w - 2) more are to be expected, to which w (w + 1) / (n (n - 1)) of all
-  /// starts lead (Boender and Rinnooy Kan 1987): half a one is not, nor a rare one. Nor does one
-  /// count that would have to be higher than the highest by more than the known ones differ.
-  [[nodiscard]] bool may_be_higher(Index made) const {
-    if (!limit_ || !may_look_longer(options_)) return false;
-    const std::vector<double> values = found_.heights();
-    const auto distinct = static_cast<Index>(values.size());
-    const double lowest = values.empty() ? kInfinity : std::ranges::min(values);
-    const double most = found_.highest();
-    const double more = std::max(most - lowest, kMore * found_.range.size());
-    return !is_above_limit(most) && most + more > *limit_ &&
-           (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
-            distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
-  }
-
-  /// Whether many starts found the highest value.
-  [[nodiscard]] bool is_found_often() const {
-    Index often = 0;
-    for (const WorstCaseMaximum& maximum : found_.maxima) {
-      if (!found_.is_higher(found_.highest(), maximum.value)) often += maximum.found;
-    }
-    return often >= kOften;
-  }
-
   [[nodiscard]] bool is_above_limit(double value) const {
     return limit_ && found_.is_higher(value, *limit_);
   }
@@ -291,14 +310,14 @@ class MaximizationOverY {
     options.minmax_max_restarts = 0;
     const auto looked_at_height_of = [&](double value) {
       Index looked = 0;
-      for (std::size_t k = 0; k < beside_.size(); ++k) {
+      for (const auto k : indices(beside_)) {
         if (beside_[k].looked && found_.is_as_high(value, found_.maxima[k].value)) ++looked;
       }
       return looked;
     };
     while (!options_.minmax_concave_in_y && found_.made < kMostStartsOfRows) {
       std::optional<std::size_t> from;
-      for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
+      for (const auto k : indices(found_.maxima)) {
         const auto& [v, value, certified, found] = found_.maxima[k];
         // Beside the maxima of a face, which are not certified, stand more of them.
         const bool wanted = !beside_[k].looked && value + kMore * found_.range.size() > *limit_ &&
@@ -330,7 +349,7 @@ class MaximizationOverY {
     ++context_.work.counts.gradient;
     if (!inner_.gradient(top->v, true, gradient)) return;
     double change = top->value - lowest->value;
-    for (std::size_t i = 0; i < gradient.size(); ++i) {
+    for (const auto i : indices(gradient)) {
       if (s_.variable_players[i] == Player::Min)
         change += std::abs(gradient[i]) *
                   (context_.sizes != nullptr ? context_.sizes->of(i) : std::abs(top->v[i]));
@@ -349,7 +368,7 @@ class MaximizationOverY {
     add_work(result, context_.work);
     if (context_.budget.interrupted()) found_.finished = false;
     ++found_.made;
-    ++context_.looked.maximizations;
+    ++context_.work.over_y.maximizations;
     add(result);
     return found_.finished && !is_final(result.status);
   }
@@ -380,28 +399,6 @@ class MaximizationOverY {
     return observer;
   }
 
-  /// Whether bounds are relaxed by what counts beside a box: it would decide between x that are as
-  /// good.
-  [[nodiscard]] static bool is_relaxed_by_much(const ProblemStructure& s,
-                                               const SolverOptions& options) {
-    constexpr double kCounts = 1e-7;
-    return std::ranges::any_of(boxed_variables(s, options), [&](std::size_t i) {
-      const double lower = s.variable_lower[i], upper = s.variable_upper[i], width = upper - lower;
-      return std::max(relaxation(lower, width, options), relaxation(upper, width, options)) >
-             kCounts * width;
-    });
-  }
-
-  /// Empty where the constraints do not hold, or the function is undefined.
-  [[nodiscard]] std::optional<double> value_where_feasible(const std::vector<double>& v) {
-    std::vector<double> g(s_.constraint_lower.size());
-    double value = 0.0;
-    ++context_.work.counts.objective;
-    ++context_.work.counts.constraints;
-    if (is_feasible(inner_, options_, v, g) && inner_.objective(v, false, value)) return value;
-    return {};
-  }
-
   /// Whether the function is above the limit farther out in the direction of a point: where it
   /// runs to a value that it never reaches it is not.
   [[nodiscard]] bool exceeds_farther_out(const std::vector<double>& v) {
@@ -412,22 +409,10 @@ class MaximizationOverY {
         there[i] = std::clamp(own_[i] + times * (v[i] - own_[i]), s_.variable_lower[i],
                               s_.variable_upper[i]);
       }
-      const auto value = value_where_feasible(there);
+      const auto value = value_where_feasible(inner_, options_, there, context_.work.counts);
       if (value && is_above_limit(*value)) return true;
     }
     return false;
-  }
-
-  /// Unless the constraints do not hold there.
-  void move_into_bounds(std::vector<double>& v, double& value) {
-    std::vector<double> inside = v;
-    for (const std::size_t i : free_)
-      inside[i] = std::clamp(v[i], s_.variable_lower[i], s_.variable_upper[i]);
-    if (inside == v) return;
-    const auto there = value_where_feasible(inside);
-    if (!there || !std::isfinite(*there)) return;
-    v = std::move(inside);
-    value = *there;
   }
 
   void add(const Result& result) {
@@ -453,7 +438,19 @@ class MaximizationOverY {
     }
     std::vector<double> v = result.v;
     double value = result.objective;
-    if (limit_ && is_relaxed_by_much_) move_into_bounds(v, value);
+    if (limit_ &&
+        is_relaxed_by_much_) {  // into the bounds, unless the constraints do not hold there
+      std::vector<double> inside = v;
+      for (const std::size_t i : free_)
+        inside[i] = std::clamp(v[i], s_.variable_lower[i], s_.variable_upper[i]);
+      const auto there = inside == v
+                             ? std::nullopt
+                             : value_where_feasible(inner_, options_, inside, context_.work.counts);
+      if (there && std::isfinite(*there)) {
+        v = std::move(inside);
+        value = *there;
+      }
+    }
     found_.range.see(value);
     accuracy_ = std::max(accuracy_, options_.tol / std::abs(result.objective_scale));
     if (context_.witnesses != nullptr) context_.witnesses->add(v);
@@ -549,22 +546,6 @@ MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index 
   return maximize_over_y(inner, starts, given, context);
 }
 
-namespace {
-
-/// The last maximum of a side, moved to this x; empty: it did not end at a maximum.
-std::optional<MaximaOverY> follow(RowOverY& row, const MaximizationContext& context) {
-  SolverOptions near = staying_near(context.options, kMuBeside);
-  near.minmax_max_restarts = 0;
-  MaximizationContext alone{near,         context.budget, context.start,
-                            context.told, context.work,   context.looked};
-  alone.witnesses = context.witnesses;
-  MaximaOverY found = maximize_over_y(row, 1, {}, alone);
-  if (!found.finished || !found.maximized || found.unbounded || found.maxima.empty()) return {};
-  return found;
-}
-
-}  // namespace
-
 std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
                                                    const SolverOptions& options) {
   if (!may_look_longer(options) || options.minmax_worst_case_proof) return {};
@@ -589,76 +570,75 @@ std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> 
   return followed;
 }
 
-std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<double>& x,
-                                              Index starts,
-                                              const std::vector<RobustCopies::WorstCase>& known,
-                                              const std::vector<RobustWorstCase>& followed,
-                                              const RobustScopes& scopes, const RowUnits& units,
-                                              const MaximizationContext& context) {
+std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vector<double>& x,
+                                                 Index starts,
+                                                 const std::vector<RobustCopies::WorstCase>& known,
+                                                 const std::vector<RobustWorstCase>& followed,
+                                                 const RobustScopes& scopes, const RowUnits& units,
+                                                 const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
-  std::vector<SideScan> scans;
-  const auto scan_side = [&](Index row, int side) {
-    SideScan scan;
-    scan.constraint = row;
-    scan.side = side;
-    scan.bound = side > 0 ? s.constraint_upper[at(row)] : -s.constraint_lower[at(row)];
-    const double width = s.constraint_upper[at(row)] - s.constraint_lower[at(row)];
-    scan.accepted = scan.bound + relaxation(scan.bound, width, context.options);
+  const auto scan_side = [&](Index row, int side, double bound, double accepted) {
+    MaximaOverY scan;
     if (context.budget.used_up()) return scan;
     std::vector<std::vector<double>> given;
     for (const RobustCopies::WorstCase& other : known) {
       if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
     }
     const RobustScope scope = scopes.of(row);
-    const double factor = units.factor[at(row)];
     const auto last = std::ranges::find_if(followed, [&](const RobustWorstCase& one) {
       return one.constraint == row && one.side == side && one.v.size() == x.size();
     });
-    const double bound = units.value(at(row), side, scan.bound);
     const bool was_active = last != followed.end() && last->active;
+    MaximizationContext own = context;
+    own.size = units.size[at(row)];
     if (last != followed.end() && !was_active) {
       std::vector<double> v = x;
       for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
       RowOverY problem(model, row, side, std::move(v), scope);
-      if (auto found = follow(problem, context)) {
-        const double highest = units.value(at(row), side, found->maxima.front().value);
-        if (!is_near_limit(bound - highest, last->range)) {
-          static_cast<MaximaOverY&>(scan) = std::move(*found);
-          scan.spread = last->range;
-          scan.age = last->age + 1;
-          return scan;
-        }
-        given.push_back(found->maxima.front().v);
+      own.options = staying_near(context.options, kMuBeside);
+      own.options.minmax_max_restarts = 0;
+      scan = maximize_over_y(problem, 1, {}, own);
+      if (scan.is_complete()) {
+        const double below = bound - scan.maxima.front().value;
+        scan.spread = last->range;
+        scan.age = last->age + 1;
+        if (!is_near_limit(below / units.factor[at(row)], last->range)) return scan;
+        given.push_back(scan.maxima.front().v);
       }
+      own.options = context.options;
     }
     RowOverY problem(model, row, side, x, scope);
-    SolverOptions options = context.options;
-    if (was_active) options.minmax_worst_case_starts = starts;  // and no more
-    MaximizationContext sized{options,      context.budget, context.start,
-                              context.told, context.work,   context.looked};
-    sized.drawn = context.drawn;
-    sized.witnesses = context.witnesses;
-    sized.size = units.size[at(row)];
-    sized.sizes = context.sizes;
-    static_cast<MaximaOverY&>(scan) = maximize_over_y(
-        problem, starts, given, sized, starts > 0 ? std::optional(scan.accepted) : std::nullopt);
-    if (!scan.may_be_higher()) scan.spread = (scan.range.most - scan.range.least) / factor;
+    if (was_active) own.options.minmax_worst_case_starts = starts;  // and no more
+    scan = maximize_over_y(problem, starts, given, own,
+                           starts > 0 ? std::optional(accepted) : std::nullopt);
+    if (!scan.may_be_higher())
+      scan.spread = (scan.range.most - scan.range.least) / units.factor[at(row)];
     if (was_active) {
       scan.spread = std::max(scan.spread, last->range);
       scan.age = last->age + 1;
     }
     if (scan.proof) {
-      scan.proof->seen = units.value(at(row), side, scan.proof->seen);
-      scan.proof->proved = units.value(at(row), side, scan.proof->proved);
+      for (double* value : {&scan.proof->seen, &scan.proof->proved})
+        *value = units.value(at(row), side, *value);
       describe(row, side, *scan.proof);
     }
     return scan;
   };
+  std::vector<MaximaOverY> scans;
   for (const Index row : robust_constraints(s)) {
-    if (s.constraint_upper[at(row)] < context.options.nlp_upper_bound_inf)
-      scans.push_back(scan_side(row, 1));
-    if (s.constraint_lower[at(row)] > context.options.nlp_lower_bound_inf)
-      scans.push_back(scan_side(row, -1));
+    const double lower = s.constraint_lower[at(row)], upper = s.constraint_upper[at(row)];
+    for (const int side : {1, -1}) {
+      const bool bounded = side > 0 ? upper < context.options.nlp_upper_bound_inf
+                                    : lower > context.options.nlp_lower_bound_inf;
+      if (!bounded) continue;
+      const double bound = side > 0 ? upper : -lower;
+      const double accepted = bound + relaxation(bound, upper - lower, context.options);
+      MaximaOverY& scan = scans.emplace_back(scan_side(row, side, bound, accepted));
+      scan.constraint = row;
+      scan.side = side;
+      scan.bound = bound;
+      scan.accepted = accepted;
+    }
   }
   return scans;
 }

@@ -41,12 +41,11 @@ inline constexpr std::size_t kMostHeld = 3;
 
 /// Who maximizes over y, and where the work goes.
 struct MaximizationContext {
-  const SolverOptions& options;
+  SolverOptions options;
   Budget& budget;
   Index start;                   ///< in whose name the listener is told
   const ProblemStructure& told;  ///< the model that he knows: what stands behind it is cut
-  Result& work;                  ///< counts, iterations, factorizations and times are added
-  SearchOverY& looked;           ///< maximizations are added
+  Result& work;                  ///< maximizations, counts, iterations, times are added
   /// What is to be proved, too; null: what minmax_worst_case_proof asks for.
   const ProofRequest* proof = nullptr;
   ProofShare share{};              ///< of that
@@ -58,7 +57,7 @@ struct MaximizationContext {
   const VariableRanges* sizes = nullptr;  ///< of Min's variables; null: their values
 };
 
-/// What maximizing one function over y at one x has found.
+/// What maximizing f, or side times a robust constraint, over y at one x has found.
 struct MaximaOverY {
   std::vector<WorstCaseMaximum> maxima;     ///< distinct, the largest value first
   std::vector<std::vector<double>> starts;  ///< where the maximizations began, n values each
@@ -77,6 +76,14 @@ struct MaximaOverY {
   std::optional<WorstCaseProof> proof;
   double tol = 0.0;  ///< of the range: values that differ by less are as high
 
+  // Of a robust constraint:
+  Index constraint = -1;
+  int side = 1;           ///< 1: of the upper bound, -1: of the lower one
+  double bound = 0.0;     ///< of side times the constraint
+  double accepted = 0.0;  ///< the bound, relaxed
+  double spread = 0.0;    ///< of the values seen in the last full search; the model's units
+  Index age = 0;          ///< solves since that search
+
   [[nodiscard]] bool is_higher(double value, double other) const {
     return clearly_greater(value, other, range, tol);
   }
@@ -89,6 +96,26 @@ struct MaximaOverY {
   [[nodiscard]] std::vector<double> heights() const;
   [[nodiscard]] bool any_certified() const {
     return std::ranges::any_of(maxima, &WorstCaseMaximum::certified);
+  }
+  /// Whether it was maximized, as often as was asked for, and has a maximum.
+  [[nodiscard]] bool is_complete() const {
+    const bool has_value = !maxima.empty() || (proof && proof->complete);
+    return finished && maximized && has_value && !unbounded;
+  }
+  /// Whether a higher maximum is to be expected after the most starts, and no proof excludes it.
+  [[nodiscard]] bool may_be_higher() const { return !settled && !(proof && proof->complete); }
+  /// Whether the k-th maximum exceeds the bound by more than a share of the range.
+  [[nodiscard]] bool violates(std::size_t k, double tolerance) const {
+    return clearly_greater(maxima[k].value, accepted, range, tolerance);
+  }
+  /// Excess over the bound beside the range; negative: the constraint holds.
+  [[nodiscard]] double excess(std::size_t k) const {
+    return (maxima[k].value - accepted) /
+           std::max(range.size(), std::numeric_limits<double>::min());
+  }
+  /// The worst case at this y, free to move with x.
+  [[nodiscard]] RobustCopies::WorstCase at_y(std::vector<double> v) const {
+    return {constraint, std::move(v), true, false, side};
   }
 };
 
@@ -120,43 +147,12 @@ void add_gap(Problem& model, const SolverOptions& options, Budget& budget, Resul
 /// Cuts what another form of a model has behind the model's own n variables and m constraints.
 void cut(std::size_t n, std::size_t m, Result& result);
 
-/// What maximizing side times a robust constraint over y at one x has found.
-struct SideScan : MaximaOverY {
-  Index constraint = 0;
-  int side = 1;           ///< 1: of the upper bound, -1: of the lower one
-  double bound = 0.0;     ///< of side times the constraint
-  double accepted = 0.0;  ///< the bound, relaxed
-  double spread = 0.0;    ///< of the values seen in the last full search; the model's units
-  Index age = 0;          ///< solves since that search
-
-  /// Whether it was maximized, as often as was asked for, and has a maximum.
-  [[nodiscard]] bool is_complete() const {
-    const bool has_value = !maxima.empty() || (proof && proof->complete);
-    return finished && maximized && has_value && !unbounded;
-  }
-  /// Whether a higher maximum is to be expected after the most starts, and no proof excludes it.
-  [[nodiscard]] bool may_be_higher() const { return !settled && !(proof && proof->complete); }
-  /// Whether the k-th maximum exceeds the bound by more than a share of the range.
-  [[nodiscard]] bool violates(std::size_t k, double tolerance) const {
-    return clearly_greater(maxima[k].value, accepted, range, tolerance);
-  }
-  /// Excess over the bound beside the range; negative: the constraint holds.
-  [[nodiscard]] double excess(std::size_t k) const {
-    return (maxima[k].value - accepted) /
-           std::max(range.size(), std::numeric_limits<double>::min());
-  }
-  /// The worst case at this y, free to move with x.
-  [[nodiscard]] RobustCopies::WorstCase at_y(std::vector<double> v) const {
-    return {constraint, std::move(v), true, false, side};
-  }
-};
-
 /// Maximizes each bounded side of each robust constraint over all of y at the x of a point, from
 /// the known worst cases and others. scopes: of the model. units: of its rows, for what is said of
 /// proofs. followed: worst cases of the last solve, at most one
 /// of a side. If x rested on it, the side is searched from `starts` starts alone. Else, if this
 /// maximum is far from the limit when it has moved with x, the side is not searched further.
-[[nodiscard]] std::vector<SideScan> scan_robust_constraints(
+[[nodiscard]] std::vector<MaximaOverY> scan_robust_constraints(
     Problem& model, const std::vector<double>& x, Index starts,
     const std::vector<RobustCopies::WorstCase>& known, const std::vector<RobustWorstCase>& followed,
     const RobustScopes& scopes, const RowUnits& units, const MaximizationContext& context);

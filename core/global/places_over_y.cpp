@@ -6,8 +6,8 @@
 #include <random>
 #include <utility>
 
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
@@ -19,6 +19,9 @@ namespace {
 constexpr std::size_t kMostOfCorners = 8;
 /// By which a start that leaves Y is drawn back, again and again.
 constexpr double kDrawnBack = 0.8;
+constexpr int kMostDrawnBack = 10;
+/// Of a box: the distance from which a variable is not at a bound of it.
+constexpr double kOffBound = 1e-3;
 
 /// Whether a variable is free and has two bounds.
 bool is_boxed(const ProblemStructure& s, const SolverOptions& options, std::size_t i) {
@@ -32,8 +35,8 @@ std::vector<double> drawn_back(Problem& inner, const SolverOptions& options,
                                std::span<const double> center, const std::vector<double>& from,
                                double share) {
   std::vector<double> v(from.size()), g(inner.structure().constraint_lower.size());
-  for (int k = 0; k <= parameters::kPatience; ++k, share *= kDrawnBack) {
-    for (std::size_t i = 0; i < v.size(); ++i) v[i] = center[i] + share * (from[i] - center[i]);
+  for (int k = 0; k <= kMostDrawnBack; ++k, share *= kDrawnBack) {
+    for (const auto i : indices(v)) v[i] = center[i] + share * (from[i] - center[i]);
     if (is_feasible(inner, options, v, g)) break;
   }
   return v;
@@ -49,7 +52,7 @@ double lagrangian(Problem& inner, const std::vector<double>& v, const std::vecto
   ++counts.constraints;
   std::vector<double> g(lambda.size());
   if (!inner.constraints(v, false, g)) return -kInfinity;
-  for (std::size_t j = 0; j < g.size(); ++j) {
+  for (const auto j : indices(g)) {
     if (lambda[j] != 0.0) sum += lambda[j] * g[j];
   }
   return sum;
@@ -58,7 +61,7 @@ double lagrangian(Problem& inner, const std::vector<double>& v, const std::vecto
 /// The bounds of a boxed variable at which it is not.
 std::vector<double> other_bounds(const ProblemStructure& s, const std::vector<double>& v,
                                  std::size_t i) {
-  const double least = parameters::kTrace * (s.variable_upper[i] - s.variable_lower[i]);
+  const double least = kOffBound * (s.variable_upper[i] - s.variable_lower[i]);
   std::vector<double> bounds;
   for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
     if (std::abs(bound - v[i]) >= least) bounds.push_back(bound);
@@ -96,7 +99,7 @@ bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const d
                  std::vector<double>& g) {
   const ProblemStructure& s = inner.structure();
   if (!inner.constraints(v, true, g)) return false;
-  for (std::size_t j = 0; j < g.size(); ++j) {
+  for (const auto j : indices(g)) {
     if (!(g[j] >= s.constraint_lower[j] - options.constr_viol_tol) ||
         !(g[j] <= s.constraint_upper[j] + options.constr_viol_tol)) {
       return false;
@@ -119,7 +122,7 @@ SolverOptions staying_near(const SolverOptions& options, double mu) {
 std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
                                          const SolverOptions& options) {
   std::vector<std::size_t> boxed;
-  for (std::size_t i = 0; i < structure.variable_lower.size(); ++i) {
+  for (const auto i : indices(structure.variable_lower)) {
     if (is_boxed(structure, options, i)) boxed.push_back(i);
   }
   return boxed;
@@ -127,7 +130,7 @@ std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
 
 std::size_t count_equations(const ProblemStructure& structure) {
   std::size_t count = 0;
-  for (std::size_t j = 0; j < structure.constraint_lower.size(); ++j)
+  for (const auto j : indices(structure.constraint_lower))
     count += structure.constraint_lower[j] == structure.constraint_upper[j] ? 1U : 0U;
   return count;
 }
@@ -139,7 +142,7 @@ std::optional<std::vector<double>> corner_in_step(const ProblemStructure& struct
   const std::vector<std::size_t> boxed = boxed_variables(structure, options);
   if (number > kCorners || boxed.empty() || count_equations(structure) == 0) return {};
   const std::size_t step = number > 2 ? 1 : 0;
-  for (std::size_t k = 0; k < boxed.size(); ++k) {
+  for (const auto k : indices(boxed)) {
     const bool upper = (at(number - 1) + k * step) % 2 == 1;
     v[boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[boxed[k]];
   }
@@ -148,7 +151,7 @@ std::optional<std::vector<double>> corner_in_step(const ProblemStructure& struct
 
 void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,
                     std::size_t corner, std::vector<double>& v) {
-  for (std::size_t k = 0; k < boxed.size(); ++k) {
+  for (const auto k : indices(boxed)) {
     const bool upper = (corner >> k & 1U) != 0;
     v[boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[boxed[k]];
   }
@@ -158,11 +161,11 @@ std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptio
   const ProblemStructure& s = inner.structure();
   const std::vector<std::size_t> free = boxed_variables(s, options);
   std::size_t variables = 0;
-  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+  for (const auto i : indices(s.variable_lower)) {
     if (s.variable_lower[i] < s.variable_upper[i]) ++variables;
   }
   if (free.empty() || free.size() > kMostOfCorners || free.size() < variables) return std::nullopt;
-  for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
+  for (const auto j : indices(s.constraint_lower)) {
     if (s.constraint_lower[j] > options.nlp_lower_bound_inf ||
         s.constraint_upper[j] < options.nlp_upper_bound_inf) {
       return std::nullopt;

@@ -51,13 +51,13 @@ void check(Problem& problem, std::span<const double> v, const ProofRequest& requ
 WorstCaseProof find(Problem& problem, std::span<const double> v, const SolverOptions& options,
                     const ProofRequest& request, Budget& budget, ProofShare share) {
   Result work;
-  const MaximizationContext context{options, budget,      0,        problem.structure(),
-                                    work,    work.over_y, &request, share};
+  const MaximizationContext context{options, budget, 0, problem.structure(), work, &request, share};
   MaximaOverY found;
   if (request.constraint < 0) {
     found = maximize_objective(problem, v, request.starts, {}, context);
   } else {
-    RowOverY row(problem, request.constraint, sign_of(request), {v.begin(), v.end()});
+    RowOverY row(problem, request.constraint, sign_of(request), {v.begin(), v.end()},
+                 robust_scope(problem.structure(), request.constraint));
     found = maximize_over_y(row, request.starts, {}, context);
   }
   return std::move(*found.proof);

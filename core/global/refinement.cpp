@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 #include <optional>
 #include <utility>
 
@@ -10,7 +9,6 @@
 #include "core/global/robust_search.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
 #include "core/robust/epigraph.hpp"
@@ -61,104 +59,75 @@ std::string error_over_y(Problem& model, const SolverOptions& options) {
 
 Result Refinement::from(Problem& model, const std::vector<double>& v, Index start,
                         SearchStructure& structure) const {
-  Result result;
-  try {
-    result = from_start(model, v, start, structure);
-  } catch (const std::bad_alloc&) {  // between two solves
-    budget_.stop(Status::OutOfMemory);
-    result = without_point(Status::OutOfMemory, "out of memory");
-  }
-  witnesses_.add(result);
-  return result;
-}
-
-Result Refinement::from_start(Problem& model, const std::vector<double>& v, Index start,
-                              SearchStructure& structure) const {
   const bool can_branch =
       has_valid_indices(model.structure()) && has_max_variables(model.structure());
-  if (options_.minmax_epigraph && can_branch) return over_branches(model, v, start, false);
+  if (options.minmax_epigraph && can_branch) return over_branches(model, v, start, false);
   Result answer = as_asked(model, v, start, structure);
   const bool has_point = !answer.v.empty() && all_finite(answer.v);
-  if (!options_.minmax_epigraph_at_kinks || !can_branch || !has_point ||
-      !may_be_kink(answer.status)) {
+  if (!options.minmax_epigraph_at_kinks || !can_branch || !has_point || !may_be_kink(answer.status))
     return answer;
-  }
-  budget_.say(start, "a kink of the worst case: the epigraph form from here");
+  budget.say(start, "a kink of the worst case: the epigraph form from here");
   // From the maxima over y where the search ended, then from where it began.
-  for (const bool anew : {false, true}) {
-    if (budget_.used_up()) {
+  for (const bool at_kink : {true, false}) {
+    if (budget.used_up()) {
       answer.over_y.finished = false;
       break;
     }
-    Result branches =
-        anew ? over_branches(model, v, start, false) : over_branches(model, answer.v, start, true);
+    Result branches = over_branches(model, at_kink ? answer.v : v, start, at_kink);
     // The errors of a search over branches are those of its copies of y: only a certified answer is
     // one.
-    const bool found = stands(branches) && branches.certificate.kind == PointKind::LocalMinmax &&
-                       better(branches, answer);
-    Result& chosen = found ? branches : answer;
-    add_work(found ? answer : branches, chosen);
-    if (found) return branches;
+    const bool found = stands(branches) && is_certified(branches) && better(branches, answer);
+    if (found) std::swap(answer, branches);
+    add_work(branches, answer);
+    if (found) break;
   }
   return answer;
 }
 
 Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index start,
                             SearchStructure& structure) const {
-  if (has_rows_for_every_y(model.structure(), options_)) {
-    const auto from = v.empty() ? model_start(model) : std::optional(v);
-    InRowUnits rows(model, from ? units_of_rows(model, *from)
-                                : own_units(model.structure().constraint_players.size()));
-    RobustSearch search({rows, model, rows.units(), witnesses_}, options_,
-                        starts_over_y_of_rows(options_), budget_, start);
-    return search.run(v, known_);
+  if (has_rows_for_every_y(model.structure(), options)) {
+    InRowUnits rows(model, v);
+    return search_worst_cases({rows, model, rows.units(), options, budget, start,
+                               starts_over_y_of_rows(options), witnesses},
+                              v, known);
   }
   Restarted restarted(model, v);
-  return structure.solve(restarted, options_, budget_, budget_.observer_of(start, among_others_));
+  return structure.solve(restarted, options, budget, budget.observer_of(start, among_others));
 }
 
+/// With all of y if f turns out to read more of it than was seen around the start.
 Result Refinement::over_branches(Problem& model, const std::vector<double>& v, Index start,
                                  bool at_kink) const {
-  std::vector<bool> reads_y;
-  if (const auto from = v.empty() ? model_start(model) : std::optional(v))
-    reads_y = read_by_objective(model, *from);
-  Epigraph epigraph(model, reads_y);
-  Result answer = over_branches(epigraph, model, v, start, at_kink);
-  if (!epigraph.reads_more()) return answer;
-  if (budget_.interrupted()) {
-    answer.over_y.finished = false;
-    return answer;
-  }
-  Epigraph all(model, {});
-  Result with_all = over_branches(all, model, v, start, at_kink);
-  add_work(answer, with_all);
-  return with_all;
-}
-
-Result Refinement::over_branches(Problem& epigraph, Problem& model, const std::vector<double>& v,
-                                 Index start, bool at_kink) const {
-  const Index starts = options_.minmax_epigraph ? starts_over_y_of_objective(options_)
-                                                : std::max(Index{parameters::kPatience},
-                                                           starts_over_y_of_objective(options_));
+  constexpr Index kLeastStartsAtKinks = 10;
+  const Index starts = std::max(starts_over_y_of_objective(options),
+                                options.minmax_epigraph ? 0 : kLeastStartsAtKinks);
+  const auto row_of_f = static_cast<Index>(model.structure().constraint_players.size());
   std::vector<double> own = v;
   if (!own.empty()) {
     double f = 0.0;
     own.push_back(model.objective(v, true, f) && std::isfinite(f) ? f : 0.0);
   }
-  const auto from = own.empty() ? model_start(epigraph) : std::optional(own);
-  const Index row_of_f = static_cast<Index>(model.structure().constraint_players.size());
-  InRowUnits rows(epigraph, from ? units_of_rows(epigraph, *from, row_of_f)
-                                 : own_units(static_cast<std::size_t>(row_of_f) + 1));
-  RobustSearch search({rows, model, rows.units(), witnesses_}, options_, starts, budget_, start);
-  Result answer = search.run(std::move(own), {}, at_kink);
-  const auto m = static_cast<Index>(model.structure().constraint_players.size());
-  answer.over_y.branches = static_cast<Index>(std::ranges::count_if(
-      answer.worst_cases, [&](const RobustWorstCase& found) { return found.constraint == m; }));
-  if (answer.certificate.kind == PointKind::LocalMinmax && answer.over_y.branches > 1) {
-    answer.message = "x minimizes the largest of " + std::to_string(answer.over_y.branches) +
-                     " local worst cases";
+  std::vector<bool> reads_y;
+  if (const auto from = v.empty() ? model_start(model) : std::optional(v))
+    reads_y = read_by_objective(model, *from);
+  for (std::optional<Result> before;; reads_y.clear()) {
+    Epigraph epigraph(model, reads_y);
+    InRowUnits rows(epigraph, own, row_of_f);
+    Result answer = search_worst_cases(
+        {rows, model, rows.units(), options, budget, start, starts, witnesses}, own, {}, at_kink);
+    answer.over_y.branches = static_cast<Index>(
+        std::ranges::count(answer.worst_cases, row_of_f, &RobustWorstCase::constraint));
+    if (is_certified(answer) && answer.over_y.branches > 1) {
+      answer.message = "x minimizes the largest of " + std::to_string(answer.over_y.branches) +
+                       " local worst cases";
+    }
+    if (before) add_work(*before, answer);
+    const bool ends = !epigraph.reads_more();
+    if (!ends && budget.interrupted()) answer.over_y.finished = false;
+    if (ends || budget.interrupted()) return answer;
+    before = std::move(answer);
   }
-  return answer;
 }
 
 }  // namespace ipminmax

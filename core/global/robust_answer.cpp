@@ -9,6 +9,7 @@
 #include "core/formulas/interval.hpp"
 #include "core/global/choice.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/multistart.hpp"
@@ -65,7 +66,7 @@ std::optional<std::size_t> highest_branch(Index row_of_f, const RobustCopies& co
                                           const Result& result) {
   std::optional<std::size_t> best;
   double highest = -kInfinity, multiplier = 0.0;
-  for (std::size_t k = 0; k < copies.worst_cases().size(); ++k) {
+  for (const auto k : indices(copies.worst_cases())) {
     const auto row = at(copies.row(k));
     if (copies.worst_cases()[k].constraint != row_of_f || row >= result.constraints.size())
       continue;
@@ -82,7 +83,7 @@ std::optional<std::size_t> highest_branch(Index row_of_f, const RobustCopies& co
 
 /// Multipliers and errors in the units of the model.
 void take_units_back(const RowUnits& units, Result& result) {
-  for (std::size_t j = 0; j < result.lambda.size(); ++j)
+  for (const auto j : indices(result.lambda))
     result.lambda[j] = units.multiplier(j, result.lambda[j]);
   for (auto* z : {&result.z_lower, &result.z_upper}) {
     for (double& value : *z) value /= units.objective;
@@ -105,7 +106,7 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
   own.lambda.resize(form.solved.structure().constraint_players.size());
   std::vector<double> largest(n, -1.0);
   const auto of_objective = highest_branch(static_cast<Index>(asked_m), copies, result);
-  for (std::size_t k = 0; k < copies.worst_cases().size(); ++k) {
+  for (const auto k : indices(copies.worst_cases())) {
     const RobustCopies::WorstCase& one = copies.worst_cases()[k];
     const Index row = copies.row(k);
     const double multiplier = result.lambda[at(row)];
@@ -137,13 +138,13 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
 
 std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const RobustCopies& copies,
                                               const Result& result,
-                                              const std::vector<SideScan>& scans,
-                                              const VariableRanges& ranges, double tol) {
+                                              const std::vector<MaximaOverY>& scans,
+                                              const VariableRanges& ranges) {
   std::vector<RobustWorstCase> list;
   if (result.v.size() < form.solved.structure().variable_players.size()) return list;
   const std::size_t n = form.asked.structure().variable_players.size();
   const std::size_t m = form.asked.structure().constraint_players.size();
-  for (std::size_t k = 0; k < copies.worst_cases().size(); ++k) {
+  for (const auto k : indices(copies.worst_cases())) {
     const auto row = at(copies.row(k));
     const bool defined = row < result.constraints.size();
     RobustWorstCase found{.constraint = copies.worst_cases()[k].constraint,
@@ -155,7 +156,7 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
     const std::size_t constraint = at(found.constraint);
     if (found.side == 0)
       found.side = form.solved.structure().constraint_upper[constraint] < kUnbounded ? 1 : -1;
-    const auto scan = std::ranges::find_if(scans, [&](const SideScan& side) {
+    const auto scan = std::ranges::find_if(scans, [&](const MaximaOverY& side) {
       return side.constraint == found.constraint && side.side == found.side;
     });
     if (scan != scans.end()) {
@@ -168,7 +169,8 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
     found.v.resize(n);
     const auto known = std::ranges::find_if(list, [&](const RobustWorstCase& other) {
       return other.constraint == found.constraint &&
-             same_point(found.v, other.v, ranges, copies.scope(k).variables, tol);
+             same_point(found.v, other.v, ranges, copies.scope(k).variables,
+                        form.options.minmax_distinct_tol);
     });
     if (known == list.end()) {
       list.push_back(std::move(found));
@@ -177,7 +179,7 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
       known->active = known->active || found.active;
     }
   }
-  for (const SideScan& side : scans) {
+  for (const MaximaOverY& side : scans) {
     const auto is_listed = [&](const RobustWorstCase& found) {
       return found.constraint == side.constraint && found.side == side.side;
     };
@@ -196,14 +198,14 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
   return list;
 }
 
-SearchOverY search_over_y(const RobustForm& form, const std::vector<SideScan>& scans,
+SearchOverY search_over_y(const RobustForm& form, const std::vector<MaximaOverY>& scans,
                           const std::vector<double>& v, bool verified) {
   const ProblemStructure& s = form.asked.structure();
-  const auto is_of_objective = [&](Index row) { return at(row) == s.constraint_players.size(); };
   SearchOverY seen{.functions = static_cast<Index>(scans.size()),
                    .finished = verified,
                    .largest_violation = scans.empty() ? kNaN : 0.0};
-  for (const SideScan& side : scans) {
+  for (const MaximaOverY& side : scans) {
+    const bool of_objective = at(side.constraint) == s.constraint_players.size();
     seen.age = std::max(seen.age, side.age);
     if (!side.maxima.empty()) {
       seen.largest_violation =
@@ -212,23 +214,23 @@ SearchOverY search_over_y(const RobustForm& form, const std::vector<SideScan>& s
     }
     if (side.proof) {
       seen.proofs.push_back(*side.proof);
-      if (is_of_objective(side.constraint)) turn_to_objective(v.back(), seen.proofs.back());
+      if (of_objective) turn_to_objective(v.back(), seen.proofs.back());
       seen.finished = seen.finished && side.proof->complete;
     }
-    if (side.unbounded && seen.open.empty()) {
-      seen.open = (is_of_objective(side.constraint) ? "f" : constraint_name(s, side.constraint)) +
-                  " grows without bound over y at this x";
-    }
     // A search that still found other maxima, or that does not know one of few corners.
-    if (!verified || !side.may_be_higher() || !seen.open.empty()) continue;
-    const bool of_objective = is_of_objective(side.constraint);
-    seen.open = (of_objective ? "f" : constraint_name(s, side.constraint)) +
-                (side.valueless_corners.empty()
+    const bool is_open = verified && side.may_be_higher();
+    if (!seen.open.empty() || !(side.unbounded || is_open)) continue;
+    seen.open = of_objective ? "f" : constraint_name(s, side.constraint);
+    if (side.unbounded) {
+      seen.open += " grows without bound over y at this x";
+      continue;
+    }
+    seen.open += side.valueless_corners.empty()
                      ? " has many maxima over y: " + std::to_string(side.maxima.size()) +
                            " found, a higher one is to be expected"
                      : " has no value at a corner of y, where the dependent states diverge: " +
                            describe_y(form.solved.structure(), side.constraint,
-                                      side.valueless_corners.front()));
+                                      side.valueless_corners.front());
     if (!of_objective) seen.open_constraint = side.constraint;
   }
   return seen;

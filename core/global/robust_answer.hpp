@@ -13,7 +13,11 @@ namespace ipminmax {
 struct RobustForm {
   Problem& solved;
   Problem& asked;
-  RowUnits units;        ///< of solved
+  const RowUnits& units;  ///< of solved
+  const SolverOptions& options;
+  Budget& budget;
+  Index start;   ///< of x: told in its name
+  Index starts;  ///< of y per side of a robust constraint; 0: worst cases are not looked for
   Witnesses& witnesses;  ///< to which maxima over y are added
 };
 
@@ -22,13 +26,16 @@ struct RobustForm {
                                     const Result& result);
 
 /// The worst cases of a result of copies, then the highest maximum of each constraint without one.
-/// Two are the same whose y agree up to tol of the ranges.
-[[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(
-    const RobustForm& form, const RobustCopies& copies, const Result& result,
-    const std::vector<SideScan>& scans, const VariableRanges& ranges, double tol);
+/// ranges: beside which y are compared.
+[[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form,
+                                                            const RobustCopies& copies,
+                                                            const Result& result,
+                                                            const std::vector<MaximaOverY>& scans,
+                                                            const VariableRanges& ranges);
 
 /// What was seen over y at the x of v. verified: no y violates a constraint.
-[[nodiscard]] SearchOverY search_over_y(const RobustForm& form, const std::vector<SideScan>& scans,
+[[nodiscard]] SearchOverY search_over_y(const RobustForm& form,
+                                        const std::vector<MaximaOverY>& scans,
                                         const std::vector<double>& v, bool verified);
 
 }  // namespace ipminmax

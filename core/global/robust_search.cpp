@@ -2,18 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <random>
+#include <string>
 #include <utility>
 
 #include "core/global/choice.hpp"
 #include "core/global/places_over_y.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/robust/epigraph.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
@@ -39,6 +43,13 @@ constexpr double kNearAKink = 0.3;
 /// Distance, beside the range of each variable, up to which a maximum is that of a copy, which has
 /// moved.
 constexpr double kSameBranch = 0.05;
+/// Barrier parameter from which a solve does not forget the answer where it begins.
+constexpr double kMuNear = 1e-4;
+/// Scenarios of a constraint for each Min variable, and in all.
+constexpr Index kScenariosPerX = 4;
+constexpr Index kMostScenarios = 100;
+/// Random starts that one scan over y may have.
+constexpr Index kMostStartsOfAScan = 100;
 
 /// One worst case at v of each constraint, of each side where it has two. A copy is needed where
 /// something else reads the y, too.
@@ -103,7 +114,7 @@ std::vector<double> rounded_gradient_in_x(Problem& model, Index constraint,
   const ProblemStructure& s = model.structure();
   std::vector<double> jacobian(s.jacobian.size()), gradient;
   if (!model.jacobian_rows({&constraint, 1}, v, true, jacobian)) return {};
-  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+  for (const auto k : indices(jacobian)) {
     const auto [row, col] = s.jacobian[k];
     if (row == constraint && s.variable_players[at(col)] == Player::Min)
       gradient.push_back(std::round(kDigits * jacobian[k] * ranges.of(at(col))));
@@ -114,374 +125,463 @@ std::vector<double> rounded_gradient_in_x(Problem& model, Index constraint,
 }  // namespace
 
 std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start) {
+  constexpr int kProbes = 3;
+  constexpr double kReach = 0.1;  // of a variable's size
   const ProblemStructure& s = model.structure();
   std::vector<bool> reads(start.size(), false);
   std::vector<double> v = start, gradient(start.size());
   std::mt19937_64 random(20220411);
-  for (int probe = 0; probe < parameters::kEnough; ++probe) {
+  for (int probe = 0; probe < kProbes; ++probe) {
     for (std::size_t i = 0; probe > 0 && i < v.size(); ++i) {
       const double t = 2.0 * uniform(random) - 1.0;
-      v[i] = std::clamp(start[i] + parameters::kLittle * t * std::max(1.0, std::abs(start[i])),
+      v[i] = std::clamp(start[i] + kReach * t * std::max(1.0, std::abs(start[i])),
                         std::min(s.variable_lower[i], start[i]),
                         std::max(s.variable_upper[i], start[i]));
     }
     if (!all_finite(v) || !model.gradient(v, true, gradient)) continue;
-    for (std::size_t i = 0; i < v.size(); ++i) {
+    for (const auto i : indices(v)) {
       if (s.variable_players[i] == Player::Max && gradient[i] != 0.0) reads[i] = true;
     }
   }
   return reads;
 }
 
-RobustSearch::RobustSearch(const RobustForm& form, const SolverOptions& options, Index starts,
-                           Budget& budget, Index start)
-    : form_(form),
-      ranges_(form.solved.structure()),
-      options_(options),
-      starts_(starts),
-      budget_(budget),
-      start_(start),
-      observer_(budget.observer_of(start)),
-      scopes_(form.solved.structure()) {}
+namespace {
 
-Result RobustSearch::run(std::vector<double> start, const std::vector<RobustWorstCase>& known,
-                         bool at_kink) {
-  const ProblemStructure& s = form_.solved.structure();
-  place_.moved = !start.empty();
-  place_.v = std::move(start);
-  if (!place_.moved) {
-    auto own = model_start(form_.solved);
-    if (!own || !check_structure(s, options_).empty()) {
-      answer_ = solve_from_start(form_.solved, options_, budget_, observer_, nullptr);  // says why
-      cut(form_.asked.structure().variable_players.size(),
-          form_.asked.structure().constraint_players.size(), answer_);
-      return std::move(answer_);
-    }
-    place_.v = std::move(*own);
-  }
-  reads_y_ = read_by_objective(form_.solved, place_.v);
-  place_.worst_cases = at_start(s, scopes_, options_, reads_y_, place_.v);
-  const Place first = place_;
-  if (at_kink) {
-    place_.near = true;
-    release(scan(starts_, first.worst_cases), kNearAKink);
-  } else if (auto chosen = at_known(form_.asked.structure(), known, options_); !chosen.empty()) {
-    place_.near = true;
-    place_.worst_cases = std::move(chosen);
-    followed_ = worst_cases_to_follow(known, options_);
-  }
-  return solve_from(first);
-}
+/// Times constr_viol_tol, in the units of the rows: a least violation that is none of rounding.
+constexpr double kClearViolation = 10.0;
 
-/// First against held y, then with y that move; at once with these if worst cases near x are known.
-/// If the y of the start leave x unbounded or admit no x, many held ones are tried, and last the y
-/// of the start move. place_ and first differ by what is known of worst cases.
-Result RobustSearch::solve_from(const Place& first) {
-  const Place own = place_;
-  bool found = own.near && rounds(Y::Moving);
-  followed_.clear();
-  if (!found && starts_ > 0 && !budget_.used_up()) {
-    place_ = own;
-    for (RobustCopies::WorstCase& one : place_.worst_cases) {
-      if (can_be_held(form_.solved.structure(), scopes_.of(one.constraint)))
-        one.held = one.copied = true;
+class RobustSearch {
+ public:
+  explicit RobustSearch(const RobustForm& form) : form_(form) {}
+
+  Result run(std::vector<double> start, const std::vector<RobustWorstCase>& known, bool at_kink) {
+    const ProblemStructure& s = form_.solved.structure();
+    place_.moved = !start.empty();
+    place_.v = std::move(start);
+    if (!place_.moved) {
+      auto own = model_start(form_.solved);
+      if (!own || !check_structure(s, options_).empty()) {
+        answer_ =
+            solve_from_start(form_.solved, options_, budget_, observer_, nullptr);  // says why
+        cut(form_.asked.structure().variable_players.size(),
+            form_.asked.structure().constraint_players.size(), answer_);
+        return std::move(answer_);
+      }
+      place_.v = std::move(*own);
     }
-    found = exchange();
-    if (!found && !budget_.used_up()) {
-      place_ = {first.v, own.worst_cases, first.moved, false};
-      if (auto scenarios = many_scenarios(); !scenarios.empty())
-        place_.worst_cases = std::move(scenarios);
+    reads_y_ = read_by_objective(form_.solved, place_.v);
+    place_.worst_cases = at_start(s, scopes_, options_, reads_y_, place_.v);
+    const Place first = place_;
+    if (at_kink) {
+      place_.near = true;
+      release(scan(starts_, first.worst_cases), kNearAKink);
+    } else if (auto chosen = at_known(form_.asked.structure(), known, options_); !chosen.empty()) {
+      place_.near = true;
+      place_.worst_cases = std::move(chosen);
+      followed_ = worst_cases_to_follow(known, options_);
+    }
+    return solve_from(first);
+  }
+
+ private:
+  using WorstCases = std::vector<RobustCopies::WorstCase>;
+  /// Where the next solve begins.
+  struct Place {
+    std::vector<double> v;
+    WorstCases worst_cases{};
+    bool moved = false;  ///< v is no longer the model's
+    bool near = false;   ///< v is the answer of a solve
+  };
+  /// The problem of a list of worst cases, and its answer.
+  struct Solved {
+    std::unique_ptr<RobustCopies> copies;
+    Result result;
+  };
+  /// How y is treated in rounds of solving and looking for worst cases.
+  enum class Y {
+    HeldCoarsely,  ///< few rounds, which bring x near
+    Held,          ///< until no y violates a constraint
+    Moving,        ///< it moves with x, until no other y violates a constraint
+  };
+  /// First against held y, then with y that move; at once with these if worst cases near x are known.
+  /// If the y of the start leave x unbounded or admit no x, many held ones are tried, and last the y
+  /// of the start move. place_ and first differ by what is known of worst cases.
+  Result solve_from(const Place& first) {
+    const Place own = place_;
+    bool found = own.near && rounds(Y::Moving);
+    followed_.clear();
+    if (!found && starts_ > 0 && !budget_.used_up()) {
+      place_ = own;
+      for (RobustCopies::WorstCase& one : place_.worst_cases) {
+        if (can_be_held(form_.solved.structure(), scopes_.of(one.constraint)))
+          one.held = one.copied = true;
+      }
       found = exchange();
+      if (!found && !budget_.used_up()) {
+        place_ = {first.v, own.worst_cases, first.moved, false};
+        if (auto scenarios = many_scenarios(); !scenarios.empty())
+          place_.worst_cases = std::move(scenarios);
+        found = exchange();
+      }
     }
-  }
-  if (!found && !budget_.used_up()) {
-    place_ = first;
-    static_cast<void>(rounds(Y::Moving));
-  }
-  if (names_infeasible_) name_infeasible(first.v);
-  if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
-      answer_.status != Status::LocallyInfeasible && !budget_.used_up()) {
-    place_ = first;  // last: from random starts, as a single solve does
-    restarts_ = true;
-    static_cast<void>(rounds(Y::Moving));
-  }
-  if (work_.over_y.solves == 0)  // cut short before it began
-    answer_ = without_point(budget_.interrupted().value_or(Status::MaxIterations), "");
-  answer_.iterations = work_.iterations;
-  answer_.factorizations = work_.factorizations;
-  answer_.counts = work_.counts;
-  answer_.timing = work_.timing;
-  answer_.over_y.maximizations = work_.over_y.maximizations;
-  answer_.over_y.solves = work_.over_y.solves;
-  return std::move(answer_);
-}
-
-/// x against the y at hand, held, then the worst cases at the x that these give move with it. If
-/// they do not come to rest, held ones alone decide: x is a local minimum of fewer constraints than
-/// there are, and meets all of them. Whether there is an answer.
-bool RobustSearch::exchange() {
-  for (const Y y : {Y::HeldCoarsely, Y::Held}) {
-    const auto scans = rounds(y);
-    if (!scans) return false;
-    const Place held = place_;
-    const Result fixed = answer_;
-    const bool decided = y == Y::Held;
-    release(*scans, decided ? kActive : kNearlyActive);
-    if (rounds(Y::Moving) && (!decided || !better(fixed, answer_))) return true;
-    if (decided) {
-      answer_ = fixed;
-      answer_.over_y.finished = !budget_.interrupted();
+    if (!found && !budget_.used_up()) {
+      place_ = first;
+      static_cast<void>(rounds(Y::Moving));
     }
-    if (decided || budget_.used_up()) return decided;
-    place_ = held;
+    if (names_infeasible_) name_infeasible(first.v);
+    if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
+        answer_.status != Status::LocallyInfeasible && !budget_.used_up()) {
+      place_ = first;  // last: from random starts, as a single solve does
+      restarts_ = true;
+      static_cast<void>(rounds(Y::Moving));
+    }
+    if (work_.over_y.solves == 0)  // cut short before it began
+      answer_ = without_point(budget_.interrupted().value_or(Status::MaxIterations), "");
+    answer_.iterations = work_.iterations;
+    answer_.factorizations = work_.factorizations;
+    answer_.counts = work_.counts;
+    answer_.timing = work_.timing;
+    answer_.over_y.maximizations = work_.over_y.maximizations;
+    answer_.over_y.solves = work_.over_y.solves;
+    return std::move(answer_);
   }
-  return false;
-}
-
-/// Solves with the worst cases at hand and adds violated ones until there are none. Returns the
-/// maxima at the last x; nothing: a solve failed, or maxima violate a constraint. Unless y are held
-/// coarsely the answer is that of the last solve.
-std::optional<std::vector<SideScan>> RobustSearch::rounds(Y y) {
-  const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
-  const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
-  for (Index round = 1;; ++round) {
-    const Solved solved = solve_worst_cases(held || restarts_);
-    const auto& [copies, result] = solved;
-    if (!is_success(result.status)) {
-      report(solved, {}, false);
-      return {};
+  /// x against the y at hand, held, then the worst cases at the x that these give move with it. If
+  /// they do not come to rest, held ones alone decide: x is a local minimum of fewer constraints than
+  /// there are, and meets all of them. Whether there is an answer.
+  bool exchange() {
+    for (const Y y : {Y::HeldCoarsely, Y::Held}) {
+      const auto scans = rounds(y);
+      if (!scans) return false;
+      const Place held = place_;
+      const Result fixed = answer_;
+      const bool decided = y == Y::Held;
+      release(*scans, decided ? kActive : kNearlyActive);
+      if (rounds(Y::Moving) && (!decided || !better(fixed, answer_))) return true;
+      if (decided) {
+        answer_ = fixed;
+        answer_.over_y.finished = !budget_.interrupted();
+      }
+      if (decided || budget_.used_up()) return decided;
+      place_ = held;
     }
-    place_.v.assign(result.v.begin(),
-                    result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
-    place_.moved = place_.near = true;
-    WorstCases known;  // held y near which maxima are: those that hold x
-    for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-      place_.worst_cases[k].v = copies->model_point(result.v, k);
-      if (!held || copies->is_active(result, k)) known.push_back(place_.worst_cases[k]);
-    }
-    std::vector<SideScan> scans;
-    if (starts_ == 0) {
-      report(solved, scans, false);
-      if (!is_certified(result)) settle(solved, scans);
+    return false;
+  }
+  /// Solves with the worst cases at hand and adds violated ones until there are none. Returns the
+  /// maxima at the last x; nothing: a solve failed, or maxima violate a constraint. Unless y are held
+  /// coarsely the answer is that of the last solve.
+  std::optional<std::vector<MaximaOverY>> rounds(Y y) {
+    const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
+    const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
+    for (Index round = 1;; ++round) {
+      const Solved solved = solve_worst_cases(held || restarts_);
+      const auto& [copies, result] = solved;
+      if (!is_success(result.status)) {
+        report(solved, {}, false);
+        return {};
+      }
+      place_.v.assign(result.v.begin(),
+                      result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
+      place_.moved = place_.near = true;
+      WorstCases known;  // held y near which maxima are: those that hold x
+      for (const auto k : indices(place_.worst_cases)) {
+        place_.worst_cases[k].v = copies->model_point(result.v, k);
+        if (!held || copies->is_active(result, k)) known.push_back(place_.worst_cases[k]);
+      }
+      std::vector<MaximaOverY> scans;
+      if (starts_ == 0) {
+        report(solved, scans, false);
+        if (!is_certified(result)) settle(solved, scans);
+        return scans;
+      }
+      scans = scan(coarse ? std::min(starts_, kCoarseStarts) : starts_, known);
+      const std::size_t corners = corners_added_;
+      const bool violated = add_violated(scans, tolerance, held);
+      const bool goes_on =
+          corners_added_ > corners || (violated && round < (coarse ? kCoarseRounds : kMostRounds));
+      if (goes_on && !budget_.used_up()) continue;
+      if (coarse && !budget_.used_up()) return scans;
+      const bool verified = !violated && !budget_.interrupted() &&
+                            std::ranges::all_of(scans, &MaximaOverY::is_complete);
+      report(solved, scans, verified);
+      answer_.over_y.better_known = violated;
+      if (!verified) return {};
+      if (!held && !is_certified(result)) settle(solved, scans);
       return scans;
     }
-    scans = scan(coarse ? std::min(starts_, kCoarseStarts) : starts_, known);
-    const std::size_t corners = corners_added_;
-    const bool violated = add_violated(scans, tolerance, held);
-    const bool goes_on =
-        corners_added_ > corners || (violated && round < (coarse ? kCoarseRounds : kMostRounds));
-    if (goes_on && !budget_.used_up()) continue;
-    if (coarse && !budget_.used_up()) return scans;
-    const bool verified =
-        !violated && !budget_.interrupted() && std::ranges::all_of(scans, &SideScan::is_complete);
-    report(solved, scans, verified);
-    answer_.over_y.better_known = violated;
-    if (!verified) return {};
-    if (!held && !is_certified(result)) settle(solved, scans);
+  }
+  /// With the worst cases at hand, near an answer if there is one; if that fails also from_afar, on
+  /// the way from where copies might become those of other maxima.
+  Solved solve_worst_cases(bool from_afar) {
+    auto copies =
+        std::make_unique<RobustCopies>(form_.solved, place_.worst_cases, reads_y_, budget_);
+    if (place_.moved) copies->start_at(place_.v);
+    SolveObserver observer = observer_;
+    if (observer_.on_iteration) {
+      observer.on_iteration = [&](const IterationInfo& info) {
+        IterationInfo seen = info;
+        seen.v = info.v.first(form_.asked.structure().variable_players.size());
+        seen.result = [&] { return in_asked_shape(form_, *copies, info.result()); };
+        return observer_.on_iteration(seen);
+      };
+    }
+    for (bool near = place_.near;; near = false) {
+      // With a large mu maxima at different bounds are one.
+      SolverOptions options = near ? staying_near(options_, kMuNear) : options_;
+      options.warm_start_init_point = false;
+      // Where worst cases are looked for, that is where to begin anew.
+      if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
+      ++work_.over_y.solves;
+      Result result = solve_from_start(*copies, options, budget_, observer, nullptr);
+      add_work(result, work_);
+      if (!near || !from_afar || is_success(result.status) || budget_.used_up())
+        return {std::move(copies), std::move(result)};
+    }
+  }
+  /// At the x of place_.v; maximizations begin at the known worst cases, too.
+  std::vector<MaximaOverY> scan(Index starts, const WorstCases& known) {
+    MaximizationContext context{options_, budget_, form_.start, form_.asked.structure(), work_};
+    context.witnesses = &form_.witnesses;
+    ranges_.see(place_.v);
+    context.sizes = &ranges_;
+    // None looks from where a scan before it did.
+    context.drawn = std::max(kMostStartsOfAScan, starts_) * scans_++;
+    std::vector<MaximaOverY> scans = scan_robust_constraints(
+        form_.solved, place_.v, starts, known, followed_, scopes_, form_.units, context);
+    for (const MaximaOverY& side : scans) {
+      for (const WorstCaseMaximum& maximum : side.maxima) ranges_.see(maximum.v);
+    }
     return scans;
   }
-}
-
-/// With the worst cases at hand, near an answer if there is one; if that fails also from_afar, on
-/// the way from where copies might become those of other maxima.
-RobustSearch::Solved RobustSearch::solve_worst_cases(bool from_afar) {
-  auto copies = std::make_unique<RobustCopies>(form_.solved, place_.worst_cases, reads_y_, budget_);
-  if (place_.moved) copies->start_at(place_.v);
-  SolveObserver observer = observer_;
-  if (observer_.on_iteration) {
-    observer.on_iteration = [&](const IterationInfo& info) {
-      IterationInfo seen = info;
-      seen.v = info.v.first(form_.asked.structure().variable_players.size());
-      seen.result = [&] { return in_asked_shape(form_, *copies, info.result()); };
-      return observer_.on_iteration(seen);
+  /// One more worst case of each side whose largest maximum exceeds the bound; with held y one of each
+  /// maximum that does, and each corner where what follows y diverges, so that x moves to where it
+  /// does not. One that a copy has left to its barrier, or that violates the row slightly, is held
+  /// where it is: y's own error is of second order there. Whether there were any.
+  bool add_violated(const std::vector<MaximaOverY>& scans, double tolerance, bool held) {
+    bool any = false;
+    const auto add = [&](RobustCopies::WorstCase one, bool holds) {
+      one.held = holds;
+      place_.worst_cases.push_back(std::move(one));
+      any = true;
     };
-  }
-  for (bool near = place_.near;; near = false) {
-    // With a large mu maxima at different bounds are one.
-    SolverOptions options = near ? staying_near(options_, parameters::kSlight) : options_;
-    options.warm_start_init_point = false;
-    // Where worst cases are looked for, that is where to begin anew.
-    if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
-    ++work_.over_y.solves;
-    Result result = solve_from_start(*copies, options, budget_, observer, nullptr);
-    add_work(result, work_);
-    if (!near || !from_afar || is_success(result.status) || budget_.used_up())
-      return {std::move(copies), std::move(result)};
-  }
-}
-
-/// The multiplier of an inactive copy is zero, and so is its curvature in the second-order test; two
-/// copies that have met share one. If the test is undecided, inactive copies are held and met ones
-/// left out, in case that this decides it.
-void RobustSearch::settle(const Solved& solved, const std::vector<SideScan>& scans) {
-  WorstCases kept;
-  bool any = false;
-  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-    RobustCopies::WorstCase one = place_.worst_cases[k];
-    const RobustScope& scope = solved.copies->scope(k);
-    const bool met = std::ranges::any_of(kept, [&](const RobustCopies::WorstCase& other) {
-      return other.is_of_same(one) &&
-             same_point(other.v, one.v, ranges_, scope.variables, options_.minmax_distinct_tol);
-    });
-    const bool active = solved.copies->is_active(solved.result, k);
-    const bool holds = !active && !one.held && can_be_held(form_.solved.structure(), scope);
-    if (holds) one.held = one.copied = true;
-    any = any || met || holds;
-    if (!met) kept.push_back(std::move(one));
-  }
-  if (!any) return;
-  place_.worst_cases = std::move(kept);
-  if (!budget_.used_up()) {
-    const Solved settled = solve_worst_cases(false);
-    if (is_certified(settled.result)) return report(settled, scans, !scans.empty());
-  }
-  if (budget_.interrupted()) answer_.over_y.finished = false;
-}
-
-/// The worst cases that are active or nearly so at this x, or the one nearest to it, with y free
-/// again. One is enough of a constraint's maxima that have one gradient in x, as on a face of y.
-void RobustSearch::release(const std::vector<SideScan>& scans, double nearly) {
-  WorstCases released;
-  const SideScan* highest = nullptr;
-  for (const SideScan& side : scans) {
-    std::vector<std::vector<double>> gradients;
-    for (std::size_t k = 0; k < side.maxima.size() && side.excess(k) > -nearly; ++k) {
-      const std::vector<double>& v = side.maxima[k].v;
-      gradients.push_back(rounded_gradient_in_x(form_.solved, side.constraint, v, ranges_));
-      ++work_.counts.jacobian;
-      if (std::ranges::count(gradients, gradients.back()) == 1) released.push_back(side.at_y(v));
-    }
-    const bool higher = highest == nullptr || side.excess(0) > highest->excess(0);
-    if (!side.maxima.empty() && higher) highest = &side;
-  }
-  if (released.empty() && highest != nullptr)
-    released.push_back(highest->at_y(highest->maxima.front().v));
-  if (!released.empty()) place_.worst_cases = std::move(released);
-}
-
-/// The y where maximizations at this x begin and end, and random ones: fewer than there are x would
-/// leave x unbounded. One that Max constraints restrain begins anywhere.
-RobustSearch::WorstCases RobustSearch::many_scenarios() {
-  const ProblemStructure& s = form_.solved.structure();
-  WorstCases taken;
-  const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
-  for (const SideScan& side : scan(starts_, place_.worst_cases)) {
-    const RobustScope scope = scopes_.of(side.constraint);
-    if (scope.constraints.empty()) {
-      for (const auto& v : side.starts) taken.push_back({side.constraint, v, true, true});
-      for (Index start = starts_;
-           start < std::min<Index>(parameters::kFew * of_min, parameters::kPlenty); ++start) {
-        taken.push_back({side.constraint, random_start(s, place_.v, start, options_), true, true});
+    for (const MaximaOverY& side : scans) {
+      const RobustScope scope = scopes_.of(side.constraint);
+      const bool can_hold = can_be_held(form_.solved.structure(), scope);
+      for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
+        if (!side.violates(k, tolerance)) break;
+        const std::vector<double>& v = side.maxima[k].v;
+        const double same = held ? options_.minmax_distinct_tol : kSameBranch;
+        const auto is_known = [&](const RobustCopies::WorstCase& other) {
+          return other.constraint == side.constraint && other.side * side.side >= 0 &&
+                 (!held || other.held) && same_point(other.v, v, ranges_, scope.variables, same);
+        };
+        const bool known = std::ranges::any_of(place_.worst_cases, is_known);
+        if (known && (held || !can_hold)) continue;
+        add(side.at_y(v), can_hold && (held || known || side.excess(k) < kCoarse));
+      }
+      // More than there are corners of three variables are the same ones again.
+      for (const auto& corner : side.valueless_corners) {
+        if (!held || corners_added_ >= (1U << kMostHeld)) break;
+        ++corners_added_;
+        add(side.at_y(corner), can_hold);
       }
     }
-    const bool held = can_be_held(s, scope);
-    for (const WorstCaseMaximum& found : side.maxima)
-      taken.push_back({side.constraint, found.v, true, held});
+    return any;
   }
-  return taken;
-}
-
-/// One more worst case of each side whose largest maximum exceeds the bound; with held y one of each
-/// maximum that does, and each corner where what follows y diverges, so that x moves to where it
-/// does not. One that a copy has left to its barrier, or that violates the row slightly, is held
-/// where it is: y's own error is of second order there. Whether there were any.
-bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double tolerance, bool held) {
-  bool any = false;
-  const auto add = [&](RobustCopies::WorstCase one, bool holds) {
-    one.held = holds;
-    place_.worst_cases.push_back(std::move(one));
-    any = true;
-  };
-  for (const SideScan& side : scans) {
-    const RobustScope scope = scopes_.of(side.constraint);
-    const bool can_hold = can_be_held(form_.solved.structure(), scope);
-    for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
-      if (!side.violates(k, tolerance)) break;
-      const std::vector<double>& v = side.maxima[k].v;
-      const double same = held ? options_.minmax_distinct_tol : kSameBranch;
-      const auto is_known = [&](const RobustCopies::WorstCase& other) {
-        return other.constraint == side.constraint && other.side * side.side >= 0 &&
-               (!held || other.held) && same_point(other.v, v, ranges_, scope.variables, same);
-      };
-      const bool known = std::ranges::any_of(place_.worst_cases, is_known);
-      if (known && (held || !can_hold)) continue;
-      add(side.at_y(v), can_hold && (held || known || side.excess(k) < kCoarse));
+  /// The y where maximizations at this x begin and end, and random ones: fewer than there are x would
+  /// leave x unbounded. One that Max constraints restrain begins anywhere.
+  WorstCases many_scenarios() {
+    const ProblemStructure& s = form_.solved.structure();
+    WorstCases taken;
+    const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
+    for (const MaximaOverY& side : scan(starts_, place_.worst_cases)) {
+      const RobustScope scope = scopes_.of(side.constraint);
+      if (scope.constraints.empty()) {
+        for (const auto& v : side.starts) taken.push_back({side.constraint, v, true, true});
+        for (Index start = starts_;
+             start < std::min<Index>(kScenariosPerX * of_min, kMostScenarios); ++start) {
+          taken.push_back(
+              {side.constraint, random_start(s, place_.v, start, options_), true, true});
+        }
+      }
+      const bool held = can_be_held(s, scope);
+      for (const WorstCaseMaximum& found : side.maxima)
+        taken.push_back({side.constraint, found.v, true, held});
     }
-    // More than there are corners of three variables are the same ones again.
-    for (const auto& corner : side.valueless_corners) {
-      if (!held || corners_added_ >= (1U << kMostHeld)) break;
-      ++corners_added_;
-      add(side.at_y(corner), can_hold);
+    return taken;
+  }
+  /// The worst cases that are active or nearly so at this x, or the one nearest to it, with y free
+  /// again. One is enough of a constraint's maxima that have one gradient in x, as on a face of y.
+  void release(const std::vector<MaximaOverY>& scans, double nearly) {
+    WorstCases released;
+    const MaximaOverY* highest = nullptr;
+    for (const MaximaOverY& side : scans) {
+      std::vector<std::vector<double>> gradients;
+      for (std::size_t k = 0; k < side.maxima.size() && side.excess(k) > -nearly; ++k) {
+        const std::vector<double>& v = side.maxima[k].v;
+        gradients.push_back(rounded_gradient_in_x(form_.solved, side.constraint, v, ranges_));
+        ++work_.counts.jacobian;
+        if (std::ranges::count(gradients, gradients.back()) == 1) released.push_back(side.at_y(v));
+      }
+      const bool higher = highest == nullptr || side.excess(0) > highest->excess(0);
+      if (!side.maxima.empty() && higher) highest = &side;
+    }
+    if (released.empty() && highest != nullptr)
+      released.push_back(highest->at_y(highest->maxima.front().v));
+    if (!released.empty()) place_.worst_cases = std::move(released);
+  }
+  /// The multiplier of an inactive copy is zero, and so is its curvature in the second-order test; two
+  /// copies that have met share one. If the test is undecided, inactive copies are held and met ones
+  /// left out, in case that this decides it.
+  void settle(const Solved& solved, const std::vector<MaximaOverY>& scans) {
+    WorstCases kept;
+    bool any = false;
+    for (const auto k : indices(place_.worst_cases)) {
+      RobustCopies::WorstCase one = place_.worst_cases[k];
+      const RobustScope& scope = solved.copies->scope(k);
+      const bool met = std::ranges::any_of(kept, [&](const RobustCopies::WorstCase& other) {
+        return other.is_of_same(one) &&
+               same_point(other.v, one.v, ranges_, scope.variables, options_.minmax_distinct_tol);
+      });
+      const bool active = solved.copies->is_active(solved.result, k);
+      const bool holds = !active && !one.held && can_be_held(form_.solved.structure(), scope);
+      if (holds) one.held = one.copied = true;
+      any = any || met || holds;
+      if (!met) kept.push_back(std::move(one));
+    }
+    if (!any) return;
+    place_.worst_cases = std::move(kept);
+    if (!budget_.used_up()) {
+      const Solved settled = solve_worst_cases(false);
+      if (is_certified(settled.result)) return report(settled, scans, !scans.empty());
+    }
+    if (budget_.interrupted()) answer_.over_y.finished = false;
+  }
+  /// The answer from now on. With starts of y it is finished once no y violates it.
+  void report(const Solved& solved, const std::vector<MaximaOverY>& scans, bool verified) {
+    const auto& [copies, result] = solved;
+    answer_ = in_asked_shape(form_, *copies, result);
+    answer_.worst_cases = list_worst_cases(form_, *copies, result, scans, ranges_);
+    answer_.over_y = search_over_y(form_, scans, place_.v, verified || starts_ == 0);
+    answer_.over_y.asked = starts_;
+    if (verified && is_certified(result) && !is_same_across_bounds(solved)) {
+      answer_.over_y.open =
+          "x is decided by how far y is from its bounds, within what bound_relax_factor allows";
     }
   }
-  return any;
-}
 
-/// At the x of place_.v; maximizations begin at the known worst cases, too.
-std::vector<SideScan> RobustSearch::scan(Index starts, const WorstCases& known) {
-  MaximizationContext context{options_, budget_,     start_, form_.asked.structure(),
-                              work_,    work_.over_y};
-  context.witnesses = &form_.witnesses;
-  ranges_.see(place_.v);
-  context.sizes = &ranges_;
-  // None looks from where a scan before it did.
-  context.drawn = std::max(Index{parameters::kPlenty}, starts_) * scans_++;
-  std::vector<SideScan> scans = scan_robust_constraints(form_.solved, place_.v, starts, known,
-                                                        followed_, scopes_, form_.units, context);
-  for (const SideScan& side : scans) {
-    for (const WorstCaseMaximum& maximum : side.maxima) ranges_.see(maximum.v);
-  }
-  return scans;
-}
-
-/// The answer from now on. With starts of y it is finished once no y violates it.
-void RobustSearch::report(const Solved& solved, const std::vector<SideScan>& scans, bool verified) {
-  const auto& [copies, result] = solved;
-  answer_ = in_asked_shape(form_, *copies, result);
-  answer_.worst_cases =
-      list_worst_cases(form_, *copies, result, scans, ranges_, options_.minmax_distinct_tol);
-  answer_.over_y = search_over_y(form_, scans, place_.v, verified || starts_ == 0);
-  answer_.over_y.asked = starts_;
-  if (verified && is_certified(result) && !is_same_across_bounds(solved)) {
-    answer_.over_y.open =
-        "x is decided by how far y is from its bounds, within what bound_relax_factor allows";
-  }
-}
-
-/// Whether x stays where it is as active worst cases that are held at bounds of y go to the other
-/// side of these. A distance to a bound that is within its relaxation decides nothing.
-bool RobustSearch::is_same_across_bounds(const Solved& solved) {
-  constexpr double kAt = 16.0, kAcross = 2.0;  // relaxations of a bound
-  const auto& [copies, result] = solved;
-  const ProblemStructure& s = form_.solved.structure();
-  const Place own = place_;
-  bool any = false;
-  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-    RobustCopies::WorstCase& one = place_.worst_cases[k];
-    if (!one.held || !copies->is_active(result, k)) continue;
-    for (const Index variable : copies->scope(k).variables) {
-      const std::size_t i = at(variable);
-      const double lower = s.variable_lower[i], upper = s.variable_upper[i];
-      for (const double bound : {lower, upper}) {
-        const double relaxed = relaxation(bound, upper - lower, options_), past = one.v[i] - bound;
-        if (lower == upper || !(std::abs(past) <= kAt * relaxed)) continue;
-        one.v[i] = bound + (past > 0.0 ? -kAcross : kAcross) * relaxed;
-        any = true;
+  /// Whether x stays where it is as active worst cases that are held at bounds of y go to the other
+  /// side of these. A distance to a bound that is within its relaxation decides nothing.
+  bool is_same_across_bounds(const Solved& solved) {
+    constexpr double kAt = 16.0, kAcross = 2.0;  // relaxations of a bound
+    const auto& [copies, result] = solved;
+    const ProblemStructure& s = form_.solved.structure();
+    const Place own = place_;
+    bool any = false;
+    for (const auto k : indices(place_.worst_cases)) {
+      RobustCopies::WorstCase& one = place_.worst_cases[k];
+      if (!one.held || !copies->is_active(result, k)) continue;
+      for (const Index variable : copies->scope(k).variables) {
+        const std::size_t i = at(variable);
+        const double lower = s.variable_lower[i], upper = s.variable_upper[i];
+        for (const double bound : {lower, upper}) {
+          const double relaxed = relaxation(bound, upper - lower, options_);
+          const double past = one.v[i] - bound;
+          if (lower == upper || !(std::abs(past) <= kAt * relaxed)) continue;
+          one.v[i] = bound + (past > 0.0 ? -kAcross : kAcross) * relaxed;
+          any = true;
+        }
       }
     }
-  }
-  bool same = true;
-  if (any && !budget_.used_up()) {
-    const Result across = solve_worst_cases(false).result;
-    std::vector<Index> of_min;
-    for (std::size_t i = 0; i < own.v.size(); ++i) {
-      if (s.variable_players[i] == Player::Min) of_min.push_back(static_cast<Index>(i));
+    bool same = true;
+    if (any && !budget_.used_up()) {
+      const Result across = solve_worst_cases(false).result;
+      std::vector<std::size_t> of_min;
+      for (const auto i : indices(own.v)) {
+        if (s.variable_players[i] == Player::Min) of_min.push_back(i);
+      }
+      same = is_success(across.status) &&
+             same_point(across.v, own.v, ranges_, of_min, options_.minmax_distinct_tol);
     }
-    same = is_success(across.status) &&
-           same_point(across.v, own.v, ranges_, of_min, options_.minmax_distinct_tol);
+    place_ = own;
+    return same;
   }
-  place_ = own;
-  return same;
+  /// After a search that failed: minimizes the largest violation of the robust constraints over y.
+  /// Where that stays above the tolerance they cannot be met here.
+  void name_infeasible(std::vector<double> start) {
+    const bool failed = search_failed(answer_.status) || answer_.over_y.better_known;
+    if (!failed || budget_.used_up()) return;
+    if (!answer_.v.empty() && all_finite(answer_.v)) start = answer_.v;
+    start.resize(form_.asked.structure().variable_players.size());
+    if (!all_finite(start)) return;
+    InRowUnits rows(form_.asked, start);
+    Epigraph problem(rows);
+    if (!problem.relaxes_any()) return;
+    start.push_back(1.0);
+    SolverOptions options = options_;
+    options.minmax_worst_case_proof = false;  // what is seen is enough
+    RobustForm relaxed{problem, form_.asked, rows.units(), options,
+                       budget_, form_.start, starts_,      form_.witnesses};
+    RobustSearch search(relaxed);
+    search.names_infeasible_ = false;
+    Result least = search.run(std::move(start), {}, false);
+    add_work(least, work_);
+    if (!is_success(least.status) || least.over_y.better_known || !least.over_y.finished) return;
+    const ProblemStructure& s = form_.asked.structure();
+    double largest = 0.0, violation = 0.0;
+    const RobustWorstCase* worst = nullptr;
+    const auto excess_of = [&](const std::vector<double>& g, std::size_t row) {
+      return excess(g[row], s.constraint_lower[row], s.constraint_upper[row]);
+    };
+    for (RobustWorstCase& found : least.worst_cases) {
+      std::vector<double> g(s.constraint_players.size());
+      if (!form_.asked.constraints(found.v, true, g)) return;
+      const auto row = at(found.constraint);
+      found.value = g[row];  // was that of the relaxed row
+      const double beside = excess_of(g, row) * rows.units().factor[row];
+      if (beside <= largest) continue;
+      largest = beside;
+      violation = excess_of(g, row);
+      worst = &found;
+    }
+    if (worst == nullptr || !(largest > kClearViolation * options_.constr_viol_tol)) return;
+    least.message =
+        "robust constraints cannot be met near this x: the least worst-case violation is " +
+        number_text(violation, 6) + ", of " + constraint_name(s, worst->constraint) + " at " +
+        describe_y(s, worst->constraint, worst->v);
+    least.status = Status::LocallyInfeasible;
+    least.certificate = {};
+    least.certificate.kind = PointKind::InfeasiblePoint;
+    least.over_y.largest_violation = violation;
+    for (const auto row : indices(least.constraints))
+      least.error.primal = std::max(least.error.primal, excess_of(least.constraints, row));
+    answer_ = std::move(least);
+  }
+  // robust_infeasible.cpp
+
+  const RobustForm& form_;
+  const SolverOptions& options_ = form_.options;
+  Budget& budget_ = form_.budget;
+  const Index starts_ = form_.starts;
+  SolveObserver observer_ = budget_.observer_of(form_.start);
+  VariableRanges ranges_{form_.solved.structure()};
+  RobustScopes scopes_{form_.solved.structure()};
+  std::vector<RobustWorstCase> followed_;  ///< of the last solve, from which alone searches begin
+  Place place_;
+  std::size_t corners_added_ = 0;  ///< to the scenarios
+  std::vector<bool> reads_y_;
+  bool names_infeasible_ = true;
+  bool restarts_ = false;  ///< searches that fail begin anew
+  Index scans_ = 0;        ///< made
+  Result answer_;
+  Result work_;  ///< of all solves and maximizations
+};
+
+}  // namespace
+
+Result search_worst_cases(const RobustForm& form, std::vector<double> start,
+                          const std::vector<RobustWorstCase>& known, bool at_kink) {
+  return RobustSearch(form).run(std::move(start), known, at_kink);
 }
 
 }  // namespace ipminmax

@@ -1,33 +1,33 @@
 #include "core/global/starts.hpp"
 
+#include <chrono>
 #include <new>
 #include <stdexcept>
 #include <system_error>
-#include <tuple>
+#include <thread>
 
-#include "core/global/over_y.hpp"
 #include "core/global/refinement.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/result_bytes.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
-#include "core/worst_case.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
 void StartOutcomes::add(Index start, Result&& result) {
+  constexpr Index kMostKept = 1000;
   ++statuses_[result.status];
   add_work(result);
-  if (result.certificate.kind == PointKind::LocalMinmax) {
+  if (is_certified(result)) {
     certified_.emplace(start, std::move(result));
     return;
   }
-  if (start < parameters::kRoom && !result.v.empty() && all_finite(result.v)) {
+  if (start < kMostKept && !result.v.empty() && all_finite(result.v)) {
     uncertified_.emplace(start, Uncertified{result.v, result.objective});
   }
   // Equal ranks go to the earlier start, in whatever order they end.
@@ -38,12 +38,6 @@ void StartOutcomes::add(Index start, Result&& result) {
 }
 
 void StartOutcomes::add_work(const Result& part) { ipminmax::add_work(part, work_); }
-
-void StartOutcomes::add_work(const Counts& part) {
-  Result only;
-  only.counts = part;
-  add_work(only);
-}
 
 std::vector<std::pair<Index, Result>> StartOutcomes::take_certified() {
   std::vector<std::pair<Index, Result>> taken;
@@ -63,7 +57,7 @@ std::pair<Index, Result> StartOutcomes::take_best_uncertified() {
 namespace {
 
 bool has_free_min_variable(const ProblemStructure& s) {
-  for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
+  for (const auto i : indices(s.variable_players)) {
     if (s.variable_players[i] == Player::Min &&
         !(i < s.variable_lower.size() && i < s.variable_upper.size() &&
           s.variable_lower[i] == s.variable_upper[i])) {
@@ -87,10 +81,16 @@ Starts::Starts(const std::vector<Problem*>& models, const SolverOptions& options
 }
 
 void Starts::prepare() {
-  check_given();
+  const std::size_t n = structure().variable_players.size();
+  for (const auto k : indices(given_)) {
+    if (given_[k].size() == n) continue;
+    throw std::invalid_argument("given starting point " + std::to_string(k) + " has " +
+                                std::to_string(given_[k].size()) + " values for " +
+                                std::to_string(n) + " variables");
+  }
   last_ = std::max(options_.minmax_starts - 1, static_cast<Index>(given_.size()));
   asked_ = last_ + 1;
-  maximization_ = !has_free_min_variable(workers_.front().model->structure());
+  maximization_ = !has_free_min_variable(structure());
 }
 
 Answer Starts::run() {
@@ -101,32 +101,27 @@ Answer Starts::run() {
     if (!is_final(first)) {
       if (model_start_.empty()) read_model_start();
       start_after_the_first();
-      if (search_failed(first)) begin_anew_if_uncertified();
+      // As a single solve does, which is not to find more than many starts.
+      if (search_failed(first) && !exception_ && !outcomes_.has_certified() &&
+          makes_new_starts(options_) && !options_.minmax_epigraph &&
+          has_max_variables(structure()) && !budget_.used_up()) {
+        run_start(workers_.front(), ++last_, {}, options_);
+      }
     }
   }
   if (exception_) std::rethrow_exception(exception_);
-  return collect();
-}
-
-void Starts::check_given() const {
-  const std::size_t n = workers_.front().model->structure().variable_players.size();
-  for (std::size_t k = 0; k < given_.size(); ++k) {
-    if (given_[k].size() == n) continue;
-    throw std::invalid_argument("given starting point " + std::to_string(k) + " has " +
-                                std::to_string(given_[k].size()) + " values for " +
-                                std::to_string(n) + " variables");
-  }
+  return choose();
 }
 
 void Starts::read_model_start() {
   model_start_ = starting_values(*workers_.front().model);
   // Where the model has none, start 0 fails and there is no other.
-  if (model_start_.empty()) {
-    model_start_.resize(workers_.front().model->structure().variable_players.size());
-  }
+  if (model_start_.empty()) model_start_.resize(structure().variable_players.size());
 }
 
+/// When all was interrupted, what other ranks have so far still counts.
 void Starts::start_after_the_first() {
+  constexpr double kSecondsToEnd = 3.0;
   queue_.put(1, last_);
   // Factorizations are counted when a solve has ended: only one at a time keeps to their number.
   const std::size_t most = budget_.factorizations_left() ? 1 : workers_.size();
@@ -141,7 +136,14 @@ void Starts::start_after_the_first() {
     }
     work(workers_.front());
   }
-  wait_for_others();
+  const auto all_are_recorded = [this] {
+    const std::lock_guard lock(mutex_);
+    return static_cast<Index>(recorded_.size()) > last_;
+  };
+  for (const Stopwatch waited;
+       !all_are_recorded() && !others_ended_ && waited.wall() <= kSecondsToEnd;) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 }
 
 void Starts::work(Worker& worker) {
@@ -177,19 +179,17 @@ SolverOptions Starts::one_cold_search() const {
   return options;
 }
 
-/// As a single solve does, which is not to find more than many starts.
-void Starts::begin_anew_if_uncertified() {
-  if (exception_ || outcomes_.has_certified() || !makes_new_starts(options_)) return;
-  if (options_.minmax_epigraph) return;  // which makes no new starts
-  if (!has_max_variables(workers_.front().model->structure()) || budget_.used_up()) return;
-  run_start(workers_.front(), ++last_, {}, options_);
-}
-
 /// v: n values, or empty for the model's own start.
 void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v,
                        const SolverOptions& options) {
   try {
-    detect(worker, start);
+    // The model's calls count once, whatever the number of threads.
+    if (!std::exchange(worker.detected, true)) {
+      Result detection;
+      detection.counts = worker.structure.detect(*worker.model, options_);
+      const std::lock_guard lock(mutex_);
+      if (start == 0) outcomes_.add_work(detection);
+    }
     Restarted model(*worker.model, {});  // which keeps its start
     record(start, refine(worker, model, start, v, options));
     if (start == 0) model_start_ = model.model_start();
@@ -210,8 +210,9 @@ Result Starts::refine(Worker& worker, Problem& model, Index start, const std::ve
   std::vector<double> from = v;
   std::optional<Result> refuted;
   for (int round = 0;; ++round) {
-    const Refinement refinement(options, budget_, among_others, known, met);
-    Result result = refinement.from(model, from, start, worker.structure);
+    Result result = Refinement{options, budget_, among_others, known, met}.from(model, from, start,
+                                                                                worker.structure);
+    met.add(result);
     if (refuted) add_work(*refuted, result);
     audit(model, options, met, budget_, result, result.counts);
     const bool by_row = result.over_y.better_known && !result.worst_case.higher &&
@@ -225,15 +226,6 @@ Result Starts::refine(Worker& worker, Problem& model, Index start, const std::ve
 } catch (const std::bad_alloc&) {  // between two solves
   budget_.stop(Status::OutOfMemory);
   return without_point(Status::OutOfMemory, "out of memory");
-}
-
-/// The model's calls count once, whatever the number of threads.
-void Starts::detect(Worker& worker, Index start) {
-  if (std::exchange(worker.detected, true)) return;
-  const Counts counts = worker.structure.detect(*worker.model, options_);
-  if (start > 0) return;
-  const std::lock_guard lock(mutex_);
-  outcomes_.add_work(counts);
 }
 
 void Starts::note_exception(Index start, std::exception_ptr exception) {
@@ -259,89 +251,6 @@ void Starts::record(Index start, Result&& result) {
   budget_.tell(start, result);
   witnesses_.add(result);
   outcomes_.add(start, std::move(result));
-}
-
-Answer Starts::collect() {
-  Answer answer;
-  answer.best_start = -1;
-  add_certified(answer.points);
-  choose_over_y(answer);
-  choose_best(answer);
-  return answer;
-}
-
-bool Starts::with_branches() const {
-  return options_.minmax_epigraph || options_.minmax_epigraph_at_kinks;
-}
-
-void Starts::add_certified(std::vector<DistinctPoint>& points) {
-  const ProblemStructure& structure = workers_.front().model->structure();
-  const bool by_x =
-      (with_branches() || has_rows_for_every_y(structure, options_)) && !maximization_;
-  VariableRanges ranges(structure);
-  ranges.see(model_start_);
-  for (const DistinctPoint& point : points) ranges.see(point.result.v);
-  for (const auto& [start, point] : outcomes_.uncertified()) ranges.see(point.v);
-  auto certified = outcomes_.take_certified();
-  for (const auto& [start, result] : certified) ranges.see(result.v);
-  for (auto& [start, result] : certified) {
-    add_distinct(structure, ranges, by_x, options_.minmax_distinct_tol, start, std::move(result),
-                 points);
-  }
-}
-
-void Starts::choose_best(Answer& answer) {
-  for (const auto& [status, count] : outcomes_.statuses()) {
-    answer.statuses.emplace_back(status, count);
-    answer.starts += count;
-  }
-  const auto rank = [this](const DistinctPoint& point) {
-    Rank own = rank_of(point.result);
-    if (maximization_ && std::get<0>(own) == 1) std::get<2>(own) *= -1.0;
-    return std::tuple(own, point.first_start);
-  };
-  std::vector<DistinctPoint>& points = answer.points;
-  std::set<Index> audited;
-  do {
-    std::ranges::sort(points, {}, rank);
-    if (!points.empty()) {
-      answer.best_start = points.front().first_start;
-      answer.best = points.front().result;
-    }
-    audit_best(answer.best);
-    // One that is refuted makes room for the next.
-    if (!points.empty() && answer.best.over_y.better_known) points.front().result = answer.best;
-  } while (answer.best.over_y.better_known && audited.insert(answer.best_start).second &&
-           audited.size() < points.size());
-  Result& best = answer.best;
-  const auto why = budget_.interrupted();
-  if (why && (best.over_x.made < asked_ || *why == Status::UserStop)) answer.interrupted = why;
-  if (why && !interrupted_by_.empty()) best.message = interrupted_by_;
-  best.iterations = outcomes_.work().iterations;
-  best.factorizations = outcomes_.work().factorizations;
-  best.counts = outcomes_.work().counts;
-  best.timing = outcomes_.work().timing;
-  best.over_y.solves = outcomes_.work().over_y.solves;
-  best.over_y.maximizations = outcomes_.work().over_y.maximizations;
-}
-
-/// With the y of all starts.
-void Starts::audit_best(Result& best) {
-  best.over_x = {.asked = asked_, .made = std::min(asked_, ended_)};
-  const auto why = budget_.interrupted();
-  const bool looks = may_look_over_y(best) && has_value(best.status);
-  const Index starts = starts_over_y_of_objective(options_);
-  if (looks && starts > 0 && best.worst_case.starts == 0) {  // the budget was used up
-    best.over_y.asked = starts;
-    best.over_y.finished = false;
-  }
-  // The start that was to meet it was cut short.
-  if (why && best.status == Status::WorstCaseNotMet) best.over_y.finished = false;
-  Result work;
-  audit(*workers_.front().model, options_, witnesses_, budget_, best, work.counts);
-  outcomes_.add_work(work);
-  if (looks && best.worst_case.higher && best.status != Status::WorstCaseNotMet)
-    best.message += "\n" + describe_worst_case(best);
 }
 
 }  // namespace ipminmax

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <condition_variable>
 #include <exception>
-#include <functional>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -39,10 +38,9 @@ class StartOutcomes {
   void add(Index start, Result&& result);
   /// Work that is no start's.
   void add_work(const Result& part);
-  void add_work(const Counts& part);
 
   [[nodiscard]] bool has_certified() const { return !certified_.empty(); }
-  /// By their starts. Of the first kRoom starts, whose y may be worse elsewhere.
+  /// By their starts. Of the first thousand starts, whose y may be worse elsewhere.
   [[nodiscard]] const std::map<Index, Uncertified>& uncertified() const { return uncertified_; }
   /// Certified results in the order of their starts, those to full tolerance first: they stand for
   /// others to the acceptable level. The list has them no more.
@@ -66,18 +64,14 @@ class StartQueue {
  public:
   void put(Index first, Index last) {
     const std::lock_guard lock(mutex_);
-    if (last < first) return;
-    // Ranges that overlap become one.
-    for (auto range = waiting_.begin(); range != waiting_.end();) {
-      if (range->second < first || range->first > last) {
-        ++range;
-        continue;
-      }
-      first = std::min(first, range->first);
-      last = std::max(last, range->second);
-      range = waiting_.erase(range);
-    }
-    waiting_.emplace(first, last);
+    next_ = first;
+    last_ = last;
+    changed_.notify_all();
+  }
+  /// One that was handed out before, or by another rank.
+  void put(Index start) {
+    const std::lock_guard lock(mutex_);
+    again_.insert(start);
     changed_.notify_all();
   }
   /// Nothing is handed out any more.
@@ -87,29 +81,27 @@ class StartQueue {
     changed_.notify_all();
   }
   /// Waits for one; none: closed.
-  [[nodiscard]] std::optional<Index> take() {
+  std::optional<Index> take() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return closed_ || !waiting_.empty(); });
+    changed_.wait(lock, [&] { return closed_ || is_waiting(); });
     return first();
   }
-  [[nodiscard]] std::optional<Index> take_if_any() {
+  std::optional<Index> take_if_any() {
     const std::lock_guard lock(mutex_);
     return first();
   }
 
  private:
+  bool is_waiting() const { return !again_.empty() || next_ <= last_; }
   std::optional<Index> first() {
-    if (closed_ || waiting_.empty()) return std::nullopt;
-    const auto [start, last] = *waiting_.begin();
-    waiting_.erase(waiting_.begin());
-    if (start < last) waiting_.emplace(start + 1, last);
-    return start;
+    if (closed_ || !is_waiting()) return std::nullopt;
+    return again_.empty() ? next_++ : again_.extract(again_.begin()).value();
   }
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<Index, Index>
-      waiting_;  ///< last of each range by its first, however many starts there are
+  std::set<Index> again_;
+  Index next_ = 1, last_ = 0;
   bool closed_ = false;
 };
 
@@ -133,8 +125,12 @@ class Starts {
     SearchStructure structure{};
     bool detected = false;
   };
+  class Choice;   // starts_over_y.cpp
+  class OnRanks;  // starts_over_ranks.cpp
+
   void prepare();
-  void check_given() const;
+  void read_model_start();
+  void start_after_the_first();
   void work(Worker& worker);
   void run_start(Worker& worker, Index start);
   void run_start(Worker& worker, Index start, const std::vector<double>& v,
@@ -142,39 +138,12 @@ class Starts {
   [[nodiscard]] Result refine(Worker& worker, Problem& model, Index start,
                               const std::vector<double>& v, const SolverOptions& options);
   [[nodiscard]] SolverOptions one_cold_search() const;
-  void begin_anew_if_uncertified();
-  void detect(Worker& worker, Index start);
-  void start_after_the_first();
   void note_exception(Index start, std::exception_ptr exception);
   void record(Index start, Result&& result);
-  [[nodiscard]] Answer collect();
-  void add_certified(std::vector<DistinctPoint>& points);
-  void choose_best(Answer& answer);
-  void audit_best(Result& best);
-  void read_model_start();
-  [[nodiscard]] bool with_branches() const;
-
-  // Other y of the points; starts_over_y.cpp.
-  [[nodiscard]] static bool has_value(Status status);
-  [[nodiscard]] bool may_look_over_y(const Result& result) const;
-  void choose_over_y(Answer& answer);
-  [[nodiscard]] std::pair<Result*, Index> best_so_far(Answer& answer);
-  [[nodiscard]] std::vector<std::vector<double>> others_than(
-      const Result& best, const std::vector<DistinctPoint>& points, Index most) const;
-  void check_worst_case(Result& result, Index start, const std::vector<std::vector<double>>& given);
-
-  // On several ranks; starts_over_ranks.cpp.
-  Answer run_as_first(Ranks& ranks);
-  Answer run_as_other(Ranks& ranks);
-  std::optional<Answer> read_messages(Ranks& ranks, const std::function<void()>& stop);
-  struct Others;
-  void take_messages(Ranks& ranks, Others& others);
-  void give_back(std::set<Index>& starts);
-  void hand_out(Ranks& ranks, Others& others);
-  void look_after(Ranks& ranks, Others& others);
-  void wait_for_others();
-  void send_answer(Ranks& ranks, const Others& others, const Answer& answer,
-                   const std::exception_ptr& failure);
+  [[nodiscard]] Answer choose();
+  [[nodiscard]] const ProblemStructure& structure() const {
+    return workers_.front().model->structure();
+  }
 
   std::vector<Worker> workers_;  ///< one per thread
   const SolverOptions& options_;

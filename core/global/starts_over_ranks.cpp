@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <exception>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -11,7 +12,7 @@
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/ranks.hpp"
 #include "core/parallel/result_bytes.hpp"
-#include "core/search/random_starts.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -25,80 +26,94 @@ constexpr const char* kStopped =
 
 /// What Kind::Final says in place of a start.
 enum AnswerIs : Index { kResult = 0, kException = 1, kRankDead = 2 };
-/// Seconds that the others get to end what they do when all is interrupted.
-constexpr double kTimeToEnd = 3.0;
-
 std::vector<char> text_bytes(const std::string& text) { return {text.begin(), text.end()}; }
 
 }  // namespace
 
-/// What rank 0 knows of the other ranks.
-struct Starts::Others {
-  struct Rank {
+/// This thread exchanges messages, others search.
+class Starts::OnRanks {
+ public:
+  OnRanks(Starts& starts, Ranks& ranks) : all_(starts), ranks_(ranks), others_(at(ranks.size())) {}
+  Answer run_as_first();
+  Answer run_as_other();
+
+ private:
+  /// What rank 0 knows of another one.
+  struct Other {
     Index ready = 0;         ///< threads that wait for a start
     std::set<Index> starts;  ///< being made
     bool dead = false, ended = false;
   };
-  explicit Others(int size) : ranks(static_cast<std::size_t>(size)) { ranks[0].ended = true; }
-  std::vector<Rank> ranks;
-  bool stop_sent = false;
+  void take_messages();
+  void give_back(std::set<Index>& starts);
+  void hand_out();
+  void look_after();
+  void send_answer(const Answer& answer, const std::exception_ptr& failure);
+  std::optional<Answer> read_messages();
+  /// What this rank still makes is of no use.
+  void stop() {
+    all_.budget_.end_after(-1);
+    all_.queue_.close();
+  }
+
+  Starts& all_;
+  Ranks& ranks_;
+  std::vector<Other> others_;  ///< of each rank
+  bool stop_sent_ = false;
 };
 
 Answer Starts::run(Ranks& ranks) {
   is_first_rank_ = ranks.rank() == 0;
-  return is_first_rank_ ? run_as_first(ranks) : run_as_other(ranks);
+  OnRanks here(*this, ranks);
+  return is_first_rank_ ? here.run_as_first() : here.run_as_other();
 }
 
 // --- Rank 0 --------------------------------------------------------------------------------------
 
-/// This thread exchanges messages, others search.
-Answer Starts::run_as_first(Ranks& ranks) {
+Answer Starts::OnRanks::run_as_first() {
   Answer answer;
   std::exception_ptr failure;
   std::atomic<bool> done = false;
-  others_ended_ = ranks.size() == 1;
-  Others others(ranks.size());
+  others_[0].ended = true;
+  all_.others_ended_ = ranks_.size() == 1;
   {
     const JoinedThread search([&] {
       try {
-        answer = run();
+        answer = all_.run();
       } catch (...) {
         failure = std::current_exception();
       }
       done = true;
     });
     while (!done) {
-      take_messages(ranks, others);
-      hand_out(ranks, others);
-      look_after(ranks, others);
-      ranks.pause();
+      take_messages();
+      hand_out();
+      look_after();
+      ranks_.pause();
     }
   }
-  send_answer(ranks, others, answer, failure);
+  send_answer(answer, failure);
   if (failure) std::rethrow_exception(failure);
   return answer;
 }
 
 /// Where the launcher ends all, the others wait for the end of this process: the end of theirs
 /// would hasten it.
-void Starts::send_answer(Ranks& ranks, const Others& others, const Answer& answer,
-                         const std::exception_ptr& failure) {
-  if (ranks.stop_requested()) return;
+void Starts::OnRanks::send_answer(const Answer& answer, const std::exception_ptr& failure) {
+  if (ranks_.stop_requested()) return;
   const std::vector<char> bytes = failure ? text_bytes(what_of(failure)) : to_bytes(answer);
   Index is = failure ? kException : kResult;
-  for (int rank = 1; rank < ranks.size(); ++rank) {
-    if (!others.ranks[static_cast<std::size_t>(rank)].dead) continue;
-    ranks.forget(rank);
+  for (int rank = 1; rank < ranks_.size(); ++rank) {
+    if (!others_[at(rank)].dead) continue;
+    ranks_.forget(rank);
     is |= kRankDead;
   }
-  for (int rank = 1; rank < ranks.size(); ++rank) {
-    ranks.send(rank, Ranks::Kind::Final, is, bytes);
-  }
+  for (int rank = 1; rank < ranks_.size(); ++rank) ranks_.send(rank, Ranks::Kind::Final, is, bytes);
 }
 
-void Starts::take_messages(Ranks& ranks, Others& others) {
-  while (auto message = ranks.receive()) {
-    Others::Rank& rank = others.ranks[static_cast<std::size_t>(message->rank)];
+void Starts::OnRanks::take_messages() {
+  while (auto message = ranks_.receive()) {
+    Other& rank = others_[at(message->rank)];
     rank.dead = false;  // it was only slow
     switch (message->kind) {
       case Ranks::Kind::Ready:
@@ -107,16 +122,16 @@ void Starts::take_messages(Ranks& ranks, Others& others) {
       case Ranks::Kind::Result:
         ++rank.ready;
         rank.starts.erase(message->start);
-        record(message->start, result_from(message->bytes));
+        all_.record(message->start, result_from(message->bytes));
         break;
       case Ranks::Kind::Failure:
         ++rank.ready;
         rank.starts.erase(message->start);
-        note_exception(message->start, std::make_exception_ptr(std::runtime_error(std::string(
-                                           message->bytes.begin(), message->bytes.end()))));
+        all_.note_exception(message->start, std::make_exception_ptr(std::runtime_error(std::string(
+                                                message->bytes.begin(), message->bytes.end()))));
         break;
       case Ranks::Kind::Interrupted:
-        budget_.stop(static_cast<Status>(message->start));
+        all_.budget_.stop(static_cast<Status>(message->start));
         break;
       case Ranks::Kind::Ended:
         rank.ended = true;
@@ -130,23 +145,23 @@ void Starts::take_messages(Ranks& ranks, Others& others) {
 }
 
 /// Starts that a rank will not make.
-void Starts::give_back(std::set<Index>& starts) {
-  const std::lock_guard lock(mutex_);
+void Starts::OnRanks::give_back(std::set<Index>& starts) {
+  const std::lock_guard lock(all_.mutex_);
   for (const Index start : starts) {
-    if (!recorded_.contains(start)) queue_.put(start, start);
+    if (!all_.recorded_.contains(start)) all_.queue_.put(start);
   }
   starts.clear();
 }
 
-void Starts::hand_out(Ranks& ranks, Others& others) {
+void Starts::OnRanks::hand_out() {
   // Factorizations are counted where they are made: only here with a limit of them.
-  if (budget_.factorizations_left()) return;
-  for (int r = 1; r < ranks.size(); ++r) {
-    Others::Rank& rank = others.ranks[static_cast<std::size_t>(r)];
+  if (all_.budget_.factorizations_left()) return;
+  for (int r = 1; r < ranks_.size(); ++r) {
+    Other& rank = others_[at(r)];
     while (rank.ready > 0 && !rank.dead) {
-      const auto start = queue_.take_if_any();
+      const auto start = all_.queue_.take_if_any();
       if (!start) return;
-      ranks.send(r, Ranks::Kind::Start, *start);
+      ranks_.send(r, Ranks::Kind::Start, *start);
       rank.starts.insert(*start);
       --rank.ready;
     }
@@ -154,77 +169,49 @@ void Starts::hand_out(Ranks& ranks, Others& others) {
 }
 
 /// Dead ranks, limits, and what the launcher wants.
-void Starts::look_after(Ranks& ranks, Others& others) {
-  ranks.beat();
-  for (int r = 1; r < ranks.size(); ++r) {
-    Others::Rank& rank = others.ranks[static_cast<std::size_t>(r)];
-    if (rank.dead || !(ranks.gone(r) || ranks.silence(r) > kWorkerDeadAfter)) continue;
+void Starts::OnRanks::look_after() {
+  ranks_.beat();
+  for (int r = 1; r < ranks_.size(); ++r) {
+    Other& rank = others_[at(r)];
+    if (rank.dead || !(ranks_.gone(r) || ranks_.silence(r) > kWorkerDeadAfter)) continue;
     rank.dead = true;
     give_back(rank.starts);
-    budget_.say(0, "rank " + std::to_string(r) +
-                       " does not answer any more; its starts are made by others");
-  }
-  if (ranks.stop_requested()) {
-    const std::lock_guard lock(mutex_);
-    interrupted_by_ = kStopped;
-    budget_.stop(Status::UserStop);
-    queue_.close();
-    others_ended_ = true;
+    all_.budget_.say(0, "rank " + std::to_string(r) +
+                            " does not answer any more; its starts are made by others");
   }
   bool stop = false;
   {
-    const std::lock_guard lock(mutex_);
-    stop = exception_ != nullptr;
-  }
-  if (budget_.interrupted()) {
-    stop = true;
-    queue_.close();
-  }
-  if (stop && !std::exchange(others.stop_sent, true)) {
-    for (int r = 1; r < ranks.size(); ++r) ranks.send(r, Ranks::Kind::Stop);
-  }
-  if (std::ranges::all_of(others.ranks, [](const auto& r) { return r.dead || r.ended; })) {
-    others_ended_ = true;
-  }
-}
-
-/// When all was interrupted, what the others have so far still counts.
-void Starts::wait_for_others() {
-  const Stopwatch waited;
-  for (;;) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (static_cast<Index>(recorded_.size()) > last_) return;
+    const std::lock_guard lock(all_.mutex_);
+    if (ranks_.stop_requested()) {
+      all_.interrupted_by_ = kStopped;
+      all_.budget_.stop(Status::UserStop);
+      all_.others_ended_ = true;
     }
-    if (others_ended_ || waited.wall() > kTimeToEnd) return;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    stop = all_.exception_ != nullptr;
   }
+  if (all_.budget_.interrupted()) {
+    stop = true;
+    all_.queue_.close();
+  }
+  if (stop && !std::exchange(stop_sent_, true)) {
+    for (int r = 1; r < ranks_.size(); ++r) ranks_.send(r, Ranks::Kind::Stop);
+  }
+  if (std::ranges::all_of(others_, [](const Other& r) { return r.dead || r.ended; }))
+    all_.others_ended_ = true;
 }
 
 // --- Other ranks ---------------------------------------------------------------------------------
 
-namespace {
-
-/// Of another rank when the launcher ends all.
-Answer stopped() {
-  Answer answer;
-  answer.interrupted = answer.best.status = Status::UserStop;
-  answer.best.message = kStopped;
-  return answer;
-}
-
-}  // namespace
-
 /// Of rank 0. An answer: the last one, of all ranks.
-std::optional<Answer> Starts::read_messages(Ranks& ranks, const std::function<void()>& stop) {
-  while (auto message = ranks.receive()) {
+std::optional<Answer> Starts::OnRanks::read_messages() {
+  while (auto message = ranks_.receive()) {
     if (message->kind == Ranks::Kind::Start) {
-      queue_.put(message->start, message->start);
+      all_.queue_.put(message->start);
     } else if (message->kind == Ranks::Kind::Stop) {
       stop();
     } else if (message->kind == Ranks::Kind::Final) {
       stop();
-      if ((message->start & kRankDead) != 0) ranks.forget(0);  // it does not wait for us either
+      if ((message->start & kRankDead) != 0) ranks_.forget(0);  // it does not wait for us either
       if ((message->start & kException) != 0) {
         throw std::runtime_error(std::string(message->bytes.begin(), message->bytes.end()));
       }
@@ -234,55 +221,54 @@ std::optional<Answer> Starts::read_messages(Ranks& ranks, const std::function<vo
   return std::nullopt;
 }
 
-/// This thread exchanges messages, others search.
-Answer Starts::run_as_other(Ranks& ranks) {
-  prepare();
-  read_model_start();
+Answer Starts::OnRanks::run_as_other() {
+  all_.prepare();
+  all_.read_model_start();
   std::atomic<std::size_t> running = 0;
   std::vector<JoinedThread> threads;
-  for (Worker& worker : workers_) {
+  for (Worker& worker : all_.workers_) {
     ++running;
     threads.emplace_back([this, &worker, &running] {
-      work(worker);
+      all_.work(worker);
       --running;
     });
-    ranks.send(0, Ranks::Kind::Ready);
+    ranks_.send(0, Ranks::Kind::Ready);
   }
-  const auto stop = [this] {
-    budget_.end_after(-1);
-    queue_.close();
-  };
   bool end_told = false, failure_told = false, interruption_told = false;
   for (;;) {
-    ranks.beat();
+    ranks_.beat();
     std::vector<Ranks::Message> results;
     {
-      const std::lock_guard lock(mutex_);
-      results.swap(outbox_);
-      if (exception_ && !std::exchange(failure_told, true)) {
-        results.push_back({0, Ranks::Kind::Failure, thrown_by_, text_bytes(what_of(exception_))});
+      const std::lock_guard lock(all_.mutex_);
+      results.swap(all_.outbox_);
+      if (all_.exception_ && !std::exchange(failure_told, true)) {
+        results.push_back(
+            {0, Ranks::Kind::Failure, all_.thrown_by_, text_bytes(what_of(all_.exception_))});
       }
     }
-    if (const auto why = budget_.interrupted(); why && !std::exchange(interruption_told, true)) {
-      queue_.close();
+    if (const auto why = all_.budget_.interrupted();
+        why && !std::exchange(interruption_told, true)) {
+      all_.queue_.close();
       results.push_back({0, Ranks::Kind::Interrupted, static_cast<Index>(*why), {}});
     }
     const bool ended = running == 0;  // before what it left is sent
-    for (const Ranks::Message& result : results) {
-      ranks.send(0, result.kind, result.start, result.bytes);
-    }
-    if (ended && results.empty() && !std::exchange(end_told, true)) {
-      ranks.send(0, Ranks::Kind::Ended);
-    }
-    if (auto answer = read_messages(ranks, stop)) return std::move(*answer);
-    if (ranks.stop_requested()) stop();
-    if (ranks.gone(0) || ranks.silence(0) > Ranks::kDeadAfter) {
+    for (const Ranks::Message& result : results)
+      ranks_.send(0, result.kind, result.start, result.bytes);
+    if (ended && results.empty() && !std::exchange(end_told, true))
+      ranks_.send(0, Ranks::Kind::Ended);
+    if (auto answer = read_messages()) return std::move(*answer);
+    if (ranks_.stop_requested()) stop();
+    if (ranks_.gone(0) || ranks_.silence(0) > Ranks::kDeadAfter) {
       stop();
-      ranks.forget(0);
-      if (ranks.stop_requested()) return stopped();
-      throw std::runtime_error("rank 0 of the multistart does not answer any more");
+      ranks_.forget(0);
+      if (!ranks_.stop_requested())
+        throw std::runtime_error("rank 0 of the multistart does not answer any more");
+      Answer stopped;
+      stopped.interrupted = stopped.best.status = Status::UserStop;
+      stopped.best.message = kStopped;
+      return stopped;
     }
-    ranks.pause();
+    ranks_.pause();
   }
 }
 

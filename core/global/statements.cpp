@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/answer.hpp"
-#include "core/model/parameters.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/status_table.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/worst_case.hpp"
@@ -14,6 +14,9 @@
 // What a result says, in words: written here alone.
 namespace ipminmax {
 namespace {
+
+/// Numbers of a list that are said.
+constexpr std::size_t kMostSaid = 6;
 
 std::string number(double value) { return number_text(value, 8); }
 
@@ -36,8 +39,8 @@ std::string describe_worst_case(const Result& result) {
   if (found.starts == 0 && !found.higher) return {};
   if (found.starts == 0) {
     return "value " + number(result.objective) +
-           " is a local worst case only: the y of another start, y = " +
-           list(found.y, parameters::kSeveral) + ", gives " + number(found.value) +
+           " is a local worst case only: the y of another start, y = " + list(found.y, kMostSaid) +
+           ", gives " + number(found.value) +
            " at this x\nminmax_worst_case_starts N searches for others" + kOverBranches;
   }
   const std::string searched = " in " + std::to_string(found.starts) + " maximization" +
@@ -47,8 +50,8 @@ std::string describe_worst_case(const Result& result) {
     text = "at this x the maximization over y is unbounded, seen" + searched;
   } else if (found.higher) {
     text = "value " + number(result.objective) +
-           " is a local worst case only: another y, y = " + list(found.y, parameters::kSeveral) +
-           ", gives " + number(found.value) + " at this x (largest" + searched + ")";
+           " is a local worst case only: another y, y = " + list(found.y, kMostSaid) + ", gives " +
+           number(found.value) + " at this x (largest" + searched + ")";
   } else if (found.stated_concave) {
     text = found.v.empty() ? "no maximum over y was found at this x"
                            : "f is concave in y, so the model says: no other y can be worse";
@@ -63,7 +66,7 @@ std::string describe_worst_case(const Result& result) {
   }
   if (found.unbounded) return text;
   if (found.branches.size() > 1) {
-    text += "; values at the maxima: " + list(found.branches, parameters::kSeveral);
+    text += "; values at the maxima: " + list(found.branches, kMostSaid);
   }
   if (found.competing > 1) {
     text += "; " + std::to_string(found.competing) +
@@ -140,7 +143,7 @@ std::string points_as_csv(const MultistartResult& result) {
   const std::size_t n = result.points.empty() ? 0 : result.points.front().result.v.size();
   for (std::size_t i = 0; i < n; ++i) text << ",v_" << i;
   text << '\n';
-  for (std::size_t k = 0; k < result.points.size(); ++k) {
+  for (const auto k : indices(result.points)) {
     const DistinctPoint& point = result.points[k];
     text << k + 1 << ',' << point.result.objective << ',' << point.found << ',' << point.first_start
          << ',' << point.result.certificate.margin << ',' << name_of(point.result.status);

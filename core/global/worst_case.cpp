@@ -1,5 +1,5 @@
 #include "core/worst_case.hpp"
-#include "core/model/parameters.hpp"
+#include "core/model/indices.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,13 +25,15 @@ void check_point(const ProblemStructure& structure, std::span<const double> v) {
                                 " values for " + std::to_string(structure.variable_players.size()) +
                                 " variables");
   }
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  for (const auto i : indices(v)) {
     if (std::isfinite(v[i])) continue;
     throw std::invalid_argument("variable " + std::to_string(i) +
                                 " of a worst-case check's point is not finite");
   }
 }
 
+/// Values of maxima in the summary.
+constexpr std::size_t kMostListed = 10;
 /// Of the range of f over y: maxima whose values differ by less are as high.
 constexpr double kValuesAgree = 1e-6;
 
@@ -53,8 +55,7 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
   found.value = maxima.maxima.front().value;
   found.v = maxima.maxima.front().v;
   found.y = max_part(structure, found.v);
-  for (std::size_t k = 0; k < std::min<std::size_t>(parameters::kPatience, maxima.maxima.size());
-       ++k) {
+  for (std::size_t k = 0; k < std::min(kMostListed, maxima.maxima.size()); ++k) {
     found.branches.push_back(maxima.maxima[k].value);
   }
   // Both values are of the same branch where they differ by no more than a maximization is exact.
@@ -101,9 +102,8 @@ WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
   if (!problem.objective(v, true, here) || std::isnan(here)) here = -kInfinity;
   Budget budget(options, observer);
   Result work;
-  MaximaOverY maxima =
-      maximize_objective(problem, v, std::max<Index>(1, starts), given,
-                         {options, budget, 0, problem.structure(), work, work.over_y});
+  MaximaOverY maxima = maximize_objective(problem, v, std::max<Index>(1, starts), given,
+                                          {options, budget, 0, problem.structure(), work});
   check.interrupted = budget.interrupted();
   check.found = summary(problem, {v.begin(), v.end()}, here, maxima, options);
   check.maxima = std::move(maxima.maxima);
@@ -120,8 +120,7 @@ void add_worst_case(Problem& problem, const SolverOptions& options, Result& resu
   }
   Budget budget(options, observer);
   Result work;
-  look_for_worst_case(problem, starts, {},
-                      {options, budget, 0, problem.structure(), work, work.over_y}, result);
+  look_for_worst_case(problem, starts, {}, {options, budget, 0, problem.structure(), work}, result);
   result.over_y.maximizations += work.over_y.maximizations;
   audit(problem, options, Witnesses(), budget, result, result.counts);
 }

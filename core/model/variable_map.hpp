@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/model/indices.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 
@@ -15,6 +16,8 @@ struct IndexRange {
   [[nodiscard]] Index size() const { return end - begin; }
   [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
 };
+
+[[nodiscard]] inline Numbers<Index> indices(IndexRange range) { return {range.begin, range.end}; }
 
 /// Max variables, slacks included, and Max constraints that serve one robust constraint alone, which
 /// is named by its slack; all empty where there are none.

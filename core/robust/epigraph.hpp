@@ -1,12 +1,20 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "core/formulas/interval.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
+#include "core/model/initial_point.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/problem.hpp"
+#include "core/robust/extended_structure.hpp"
+#include "core/robust/robust_scope.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -17,9 +25,36 @@ namespace ipminmax {
 class Epigraph final : public ByRows<Problem> {
  public:
   /// reads_y: n, whether f reads a Max variable, as far as is known; none: it may read all.
-  Epigraph(Problem& model, const std::vector<bool>& reads_y);
+  Epigraph(Problem& model, const std::vector<bool>& reads_y)
+      : model_(model), structure_(model.structure()), of_objective_(true) {
+    n_ = add_variable(structure_, Player::Min, -kInfinity, kInfinity, {-1, "t"});
+    m_ = add_constraint(structure_, Player::Min, -kInfinity, 0.0, {-1, "f - t"});
+    entries_ = structure_.jacobian.size();
+    const bool known = std::ranges::find(reads_y, true) != reads_y.end();
+    for (Index i = 0; i < n_; ++i) {
+      const bool max = structure_.variable_players[at(i)] == Player::Max;
+      (max && known && !reads_y[at(i)] ? unread_ : read_).push_back(i);
+    }
+    for (const Index i : read_) structure_.jacobian.push_back({m_, i});
+    relax(m_, -1.0);
+    gradient_.resize(at(n_));
+    if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions);
+  }
+
   /// Of the least violation.
-  explicit Epigraph(Problem& model);
+  explicit Epigraph(Problem& model)
+      : model_(model),
+        structure_(model.structure()),
+        of_objective_(false),
+        m_(static_cast<Index>(structure_.constraint_players.size())),
+        entries_(structure_.jacobian.size()) {
+    n_ = add_variable(structure_, Player::Min, 0.0, kInfinity, {-1, "violation"});
+    for (const Index row : robust_constraints(model.structure())) {
+      const bool lower = structure_.constraint_lower[at(row)] > -kUnbounded;
+      const bool upper = structure_.constraint_upper[at(row)] < kUnbounded;
+      if (lower != upper) relax(row, upper ? -1.0 : 1.0);
+    }
+  }
 
   /// Whether there is a constraint that t is in.
   [[nodiscard]] bool relaxes_any() const { return !relaxed_.empty(); }
@@ -27,44 +62,93 @@ class Epigraph final : public ByRows<Problem> {
   [[nodiscard]] bool reads_more() const { return reads_more_; }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
-  [[nodiscard]] bool starting_point(StartingPoint& start) override;
-  [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
-  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override;
-  [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override;
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    if (start.needs_multipliers) return false;
+    const auto own = model_start(model_);
+    if (!own) return false;
+    std::ranges::copy(*own, start.v.begin());
+    double f = 0.0;
+    if (all_finite(*own) && model_.objective(*own, true, f) && std::isfinite(f)) start.v.back() = f;
+    return true;
+  }
+
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
+    if (!of_objective_ || !model_.user_scaling(scaling)) return false;
+    if (!scaling.variables.empty()) scaling.variables.push_back(std::abs(scaling.objective));
+    if (!scaling.constraints.empty()) scaling.constraints.push_back(std::abs(scaling.objective));
+    return true;
+  }
+
+  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
+    f = v.back();
+    return true;
+  }
+
+  [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override {
+    std::ranges::fill(grad, 0.0);
+    grad.back() = 1.0;
+    return true;
+  }
+
   [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
-                                     std::span<double> g) override;
+                                     std::span<double> g) override {
+    const auto own = v.first(at(n_));
+    const auto asked = of_model(rows);
+    if (!asked.empty() && !model_.constraint_rows(asked, own, true, g.first(at(m_)))) return false;
+    if (asked.size() < rows.size() && !model_.objective(own, asked.empty(), g.back())) return false;
+    for (const auto& [row, sign] : relaxed_) {
+      if (std::ranges::binary_search(rows, row)) g[at(row)] += sign * v.back();
+    }
+    return true;
+  }
+
   [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
-                                   std::span<double> values) override;
+                                   std::span<double> values) override {
+    const auto own = v.first(at(n_));
+    const auto asked = of_model(rows);
+    if (!asked.empty() && !model_.jacobian_rows(asked, own, true, values.first(entries_)))
+      return false;
+    for (const auto k : indices(relaxed_))
+      values[values.size() - relaxed_.size() + k] = relaxed_[k].sign;
+    if (asked.size() == rows.size()) return true;
+    if (!model_.gradient(own, asked.empty(), gradient_)) return false;
+    for (const auto k : indices(read_)) values[entries_ + k] = gradient_[at(read_[k])];
+    reads_more_ = reads_more_ ||
+                  std::ranges::any_of(unread_, [&](Index i) { return gradient_[at(i)] != 0.0; });
+    return true;
+  }
+
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
                              std::span<const double> lambda, bool,
-                             std::span<double> values) override;
+                             std::span<double> values) override {
+    return model_.hessian(v.first(at(n_)), true, of_objective_ ? lambda.back() : 0.0,
+                          lambda.first(at(m_)), true, values);
+  }
+
   [[nodiscard]] bool hessian_errors(std::span<const double> v, double,
                                     std::span<const double> lambda,
-                                    std::span<double> row_errors) override;
+                                    std::span<double> row_errors) override {
+    row_errors.back() = 0.0;
+    return model_.hessian_errors(v.first(at(n_)), of_objective_ ? lambda.back() : 0.0,
+                                 lambda.first(at(m_)), row_errors.first(at(n_)));
+  }
+
   [[nodiscard]] const BoxFunctions* over_boxes() const override {
     return boxes_ ? &*boxes_ : nullptr;
   }
 
  private:
   /// t, and the model's constraints with f - t.
-  class Boxes final : public BoxFunctions {
+  class Boxes final : public BoxesOf {
    public:
-    explicit Boxes(const BoxFunctions& model) : model_(model) {}
-    [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
-      return v.back();
-    }
+    using BoxesOf::BoxesOf;
+    IntervalJet objective_over(std::span<const IntervalJet> v) const override { return v.back(); }
     void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-      g.back() = model_.all_over(v.first(v.size() - 1), g.first(g.size() - 1)) - v.back();
+      g.back() = model.all_over(v.first(v.size() - 1), g.first(g.size() - 1)) - v.back();
     }
-    [[nodiscard]] bool is_concurrent() const override { return model_.is_concurrent(); }
-    [[nodiscard]] Determined determined() const override { return model_.determined(); }
-    void determine(std::span<double> v) const override { model_.determine(v.first(v.size() - 1)); }
-
-   private:
-    const BoxFunctions& model_;
+    void determine(std::span<double> v) const override { model.determine(v.first(v.size() - 1)); }
   };
 
-  static std::size_t size(Index i) { return static_cast<std::size_t>(i); }
   /// Of these rows the model's.
   [[nodiscard]] std::span<const Index> of_model(std::span<const Index> rows) const {
     return rows.first(rows.size() - (!rows.empty() && rows.back() == m_ ? 1 : 0));
@@ -74,8 +158,11 @@ class Epigraph final : public ByRows<Problem> {
     Index row;
     double sign;  ///< of t in it
   };
-  void relax(Index row, double sign);
-
+  void relax(Index row, double sign) {
+    relaxed_.push_back({row, sign});
+    structure_.jacobian.push_back({row, n_});
+    structure_.nonlinear_variables.reset();
+  }
   Problem& model_;
   ProblemStructure structure_;
   bool of_objective_;

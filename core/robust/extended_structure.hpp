@@ -1,11 +1,14 @@
 #pragma once
 
 #include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/formulas/interval.hpp"
 #include "core/problem.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -14,6 +17,14 @@ struct Label {
   Index number = -1;  ///< index in the model, -1: none
   std::string name;
 };
+
+/// What the model calls an original, with the number of its copy.
+inline Label label_of_copy(const std::vector<std::string>& names, const std::vector<Index>& numbers,
+                           Index i, std::size_t copy) {
+  const bool named = at(i) < names.size() && !names[at(i)].empty();
+  return {.number = at(i) < numbers.size() ? numbers[at(i)] : i,
+          .name = (named ? names[at(i)] + "@" : "copy ") + std::to_string(copy)};
+}
 
 /// Adds the label of the element with index size.
 inline void add_label(std::vector<std::string>& names, std::vector<Index>& numbers,
@@ -47,5 +58,33 @@ inline Index add_constraint(ProblemStructure& s, Player player, double lower, do
   s.constraint_upper.push_back(upper);
   return static_cast<Index>(s.constraint_players.size()) - 1;
 }
+
+inline void fix_variable(ProblemStructure& s, Index i, double value) {
+  s.variable_lower[at(i)] = s.variable_upper[at(i)] = value;
+}
+
+inline void drop_constraint(ProblemStructure& s, Index j) {
+  s.constraint_lower[at(j)] = -kInfinity;
+  s.constraint_upper[at(j)] = kInfinity;
+}
+
+/// Functions over boxes of a model in another form: what follows from disturbances stays.
+class BoxesOf : public BoxFunctions {
+ public:
+  explicit BoxesOf(const BoxFunctions& functions) : model(functions) {}
+  IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+    return model.objective_over(v);
+  }
+
+  void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+    model.constraints_over(v, g);
+  }
+  bool is_concurrent() const override { return model.is_concurrent(); }
+  Determined determined() const override { return model.determined(); }
+  void determine(std::span<double> v) const override { model.determine(v); }
+
+ protected:
+  const BoxFunctions& model;
+};
 
 }  // namespace ipminmax

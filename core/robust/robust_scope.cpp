@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/model/indices.hpp"
 #include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 
@@ -9,26 +10,16 @@ namespace ipminmax {
 namespace {
 
 std::vector<Index> marked(const std::vector<bool>& marks) {
-  std::vector<Index> indices;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i]) indices.push_back(static_cast<Index>(i));
+  std::vector<Index> found;
+  for (const auto i : indices(marks)) {
+    if (marks[i]) found.push_back(static_cast<Index>(i));
   }
-  return indices;
+  return found;
 }
 
 }  // namespace
 
-bool has_valid_indices(const ProblemStructure& s) {
-  const std::size_t n = s.variable_players.size();
-  const std::size_t m = s.constraint_players.size();
-  const auto inside = [](Index i, std::size_t size) { return i >= 0 && at(i) < size; };
-  return s.variable_lower.size() == n && s.variable_upper.size() == n &&
-         s.constraint_lower.size() == m && s.constraint_upper.size() == m &&
-         std::ranges::all_of(s.jacobian,
-                             [&](Triplet t) { return inside(t.row, m) && inside(t.col, n); }) &&
-         std::ranges::all_of(s.hessian,
-                             [&](Triplet t) { return inside(t.row, n) && inside(t.col, n); });
-}
+bool has_valid_indices(const ProblemStructure& s) { return check_indices(s).empty(); }
 
 std::vector<Index> robust_constraints(const ProblemStructure& s) {
   if (!has_valid_indices(s)) return {};
@@ -60,7 +51,7 @@ RobustScopes::RobustScopes(const ProblemStructure& structure)
 
 /// Gives Max's equations unbounded variables of their own: a largest matching.
 void RobustScopes::match() {
-  for (std::size_t row = 0; row < columns_.size(); ++row) {
+  for (const auto row : indices(columns_)) {
     const bool equation = structure_.constraint_players[row] == Player::Max &&
                           structure_.constraint_lower[row] == structure_.constraint_upper[row];
     if (equation) match_from(static_cast<Index>(row));

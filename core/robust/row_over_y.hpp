@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "core/formulas/interval.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
+#include "core/robust/extended_structure.hpp"
 #include "core/robust/robust_copies.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -16,55 +19,119 @@ namespace ipminmax {
 /// not involve are fixed and absent; these constraints are not evaluated but 0.
 class RowOverY final : public Restructured {
  public:
-  /// v: n, x and where y starts.
-  RowOverY(Problem& model, Index constraint, double side, std::vector<double> v);
-  /// The same; scope: of the constraint.
+  /// v: n, x and where y starts. scope: of the constraint.
   RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
-           const RobustScope& scope);
+           const RobustScope& scope)
+      : Restructured(model),
+        constraint_(constraint),
+        side_(side),
+        start_(std::move(v)),
+        rows_(scope.constraints),
+        g_(changed.constraint_players.size()),
+        lambda_(g_.size()),
+        jacobian_(model.structure().jacobian.size()) {
+    const ProblemStructure& s = model.structure();
+    changed.variable_lower = changed.variable_upper = start_;
+    std::ranges::fill(changed.constraint_lower, -kInfinity);
+    std::ranges::fill(changed.constraint_upper, kInfinity);
+    for (const Index i : scope.variables) {
+      changed.variable_lower[at(i)] = s.variable_lower[at(i)];
+      changed.variable_upper[at(i)] = s.variable_upper[at(i)];
+    }
+    for (const Index i : scope.idle) fix_variable(changed, i, start_[at(i)]);
+    for (const Index j : rows_) {
+      changed.constraint_lower[at(j)] = s.constraint_lower[at(j)];
+      changed.constraint_upper[at(j)] = s.constraint_upper[at(j)];
+    }
+    changed.jacobian.clear();
+    for (const auto k : indices(s.jacobian)) {
+      const Index row = s.jacobian[k].row;
+      if (row == constraint_) entries_.push_back(k);
+      if (!std::ranges::binary_search(rows_, row)) continue;
+      rows_entries_.push_back(k);
+      changed.jacobian.push_back(s.jacobian[k]);
+    }
+    changed.nonlinear_variables.reset();
+    if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, *this);
+  }
 
-  [[nodiscard]] bool starting_point(StartingPoint& start) override;
-  [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
-  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override;
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(start_, start.v.begin());
+    return !start.needs_multipliers;
+  }
+
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
+    if (!model().user_scaling(scaling)) return false;
+    if (!scaling.constraints.empty()) scaling.objective = scaling.constraints[at(constraint_)];
+    return true;
+  }
+
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
+    if (!model().constraint_rows(row(), v, new_v, g_)) return false;
+    f = side_ * g_[at(constraint_)];
+    return true;
+  }
+
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
-                              std::span<double> grad) override;
+                              std::span<double> grad) override {
+    if (!model().jacobian_rows(row(), v, new_v, jacobian_)) return false;
+    std::ranges::fill(grad, 0.0);
+    for (const std::size_t k : entries_)
+      grad[at(model().structure().jacobian[k].col)] += side_ * jacobian_[k];
+    return true;
+  }
+
   [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
                                  std::span<double> g) override {
     std::ranges::fill(g, 0.0);
     return model().constraint_rows(rows_, v, new_v, g);
   }
+
   [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
-                              std::span<double> values) override;
+                              std::span<double> values) override {
+    if (!model().jacobian_rows(rows_, v, new_v, jacobian_)) return false;
+    for (const auto k : indices(rows_entries_)) values[k] = jacobian_[rows_entries_[k]];
+    return true;
+  }
+
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
-                             std::span<const double> lambda, bool new_lambda,
-                             std::span<double> values) override;
+                             std::span<const double> lambda, bool,
+                             std::span<double> values) override {
+    return model().hessian(v, new_v, 0.0, weights(sigma, lambda), true, values);
+  }
+
   [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
                                     std::span<const double> lambda,
-                                    std::span<double> row_errors) override;
+                                    std::span<double> row_errors) override {
+    return model().hessian_errors(v, 0.0, weights(sigma, lambda), row_errors);
+  }
+
   [[nodiscard]] const BoxFunctions* over_boxes() const override {
     return boxes_ ? &*boxes_ : nullptr;
   }
 
  private:
   /// side * g as an objective over boxes.
-  class Boxes final : public BoxFunctions {
+  class Boxes final : public BoxesOf {
    public:
-    Boxes(const BoxFunctions& functions, const RowOverY& row) : functions_(functions), row_(row) {}
-    [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override;
-    void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-      functions_.constraints_over(v, g);
+    Boxes(const BoxFunctions& functions, const RowOverY& row) : BoxesOf(functions), row_(row) {}
+    IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+      std::vector<IntervalJet> g(row_.g_.size());
+      return all_over(v, g);
     }
-    [[nodiscard]] IntervalJet all_over(std::span<const IntervalJet> v,
-                                       std::span<IntervalJet> g) const override;
-    [[nodiscard]] bool is_concurrent() const override { return functions_.is_concurrent(); }
-    [[nodiscard]] Determined determined() const override { return functions_.determined(); }
-    void determine(std::span<double> v) const override { functions_.determine(v); }
+    IntervalJet all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+      model.constraints_over(v, g);
+      return IntervalJet(row_.side_) * g[at(row_.constraint_)];
+    }
 
    private:
-    const BoxFunctions& functions_;
     const RowOverY& row_;
   };
-
-  [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda);
+  [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda) {
+    std::ranges::copy(lambda, lambda_.begin());
+    lambda_[at(constraint_)] = sigma * side_;
+    return lambda_;
+  }
   [[nodiscard]] std::span<const Index> row() const { return {&constraint_, 1}; }
 
   Index constraint_;

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/robust_scope.hpp"
@@ -49,13 +51,12 @@ std::vector<double> sizes_near(const ProblemStructure& s, const std::vector<doub
   if (!here.defined) return sizes;
   VariableRanges ranges(s);
   ranges.see(v);
-  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
+  for (const auto k : indices(here.jacobian)) {
     const auto [row, col] = s.jacobian[k];
     if (s.variable_players[at(col)] == Player::Min)
       sizes[at(row)] += std::abs(here.jacobian[k]) * ranges.of(at(col));
   }
-  for (std::size_t j = 0; j < sizes.size(); ++j)
-    sizes[j] += std::abs(here.g[j] - finite_bound(s, j));
+  for (const auto j : indices(sizes)) sizes[j] += std::abs(here.g[j] - finite_bound(s, j));
   return sizes;
 }
 
@@ -85,7 +86,7 @@ std::vector<double> units_of_boxes(const ProblemStructure& s, const Values& here
       reach[at(col)] = std::min(reach[at(col)], distance / std::abs(here.jacobian[k]));
   }
   std::vector<double> units(reach.size(), 1.0);
-  for (std::size_t i = 0; i < units.size(); ++i) {
+  for (const auto i : indices(units)) {
     const double width = s.variable_upper[i] - s.variable_lower[i];
     if (!(width > 0.0) || width >= kUnbounded) continue;
     const double size = width < 1.0 ? width : std::min(width, std::max(1.0, reach[i]));
@@ -98,11 +99,16 @@ std::vector<double> units_of_boxes(const ProblemStructure& s, const Values& here
 
 }  // namespace
 
-RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigraph_row) {
+RowUnits units_of_rows(Problem& model, const std::vector<double>& given, Index epigraph_row) {
+  const std::size_t m = model.structure().constraint_players.size();
+  RowUnits units{.factor = std::vector<double>(m, 1.0),
+                 .offset = std::vector<double>(m),
+                 .size = std::vector<double>(m)};
+  const auto start = given.empty() ? model_start(model) : std::optional(given);
+  if (!start) return units;
+  const std::vector<double>& v = *start;
   Counts counts;
   const ProblemStructure s = with_bounds_of_rows(model, v, counts);
-  const std::size_t m = s.constraint_players.size();
-  RowUnits units = own_units(m);
   std::vector<ValueRange> seen(m);
   std::vector<double> point = v, g(m);
   const Values here = values_at(model, v);
@@ -121,6 +127,7 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
     if (k > 0) continue;
     for (const Index row : robust_constraints(s)) seen[at(row)].see(finite_bound(s, at(row)));
   }
+
   for (const Index row : robust_constraints(s)) {
     const std::size_t j = at(row);
     double size = seen[j].size() > 0.0 ? seen[j].size() : slopes[j];
@@ -139,90 +146,6 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
     units.variables.back() = 1.0 / units.objective;
   }
   return units;
-}
-
-InRowUnits::InRowUnits(Problem& model, RowUnits units)
-    : ByRows(model),
-      units_(std::move(units)),
-      entries_(units_.factor.size()),
-      lambda_(units_.factor.size()) {
-  for (std::size_t k = 0; k < changed.jacobian.size(); ++k)
-    entries_[at(changed.jacobian[k].row)].push_back(k);
-  for (std::size_t j = 0; j < units_.factor.size(); ++j) {
-    for (auto* bounds : {&changed.constraint_lower, &changed.constraint_upper}) {
-      double& bound = (*bounds)[j];
-      if (std::abs(bound) < kUnbounded) bound = units_.factor[j] * (bound - units_.offset[j]);
-    }
-  }
-  changed.variable_units = units_.variables;
-  changed.objective_factor = units_.objective;
-  if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, units_);
-}
-
-bool InRowUnits::user_scaling(UserScaling& scaling) {
-  if (!model().user_scaling(scaling)) return false;
-  scaling.objective /= units_.objective;
-  for (std::size_t j = 0; j < scaling.constraints.size(); ++j)
-    scaling.constraints[j] /= units_.factor[j];
-  return true;
-}
-
-bool InRowUnits::objective(std::span<const double> v, bool new_v, double& f) {
-  if (!model().objective(v, new_v, f)) return false;
-  f *= units_.objective;
-  return true;
-}
-
-bool InRowUnits::gradient(std::span<const double> v, bool new_v, std::span<double> grad) {
-  if (!model().gradient(v, new_v, grad)) return false;
-  for (double& value : grad) value *= units_.objective;
-  return true;
-}
-
-bool InRowUnits::constraint_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
-                                 std::span<double> g) {
-  if (!model().constraint_rows(rows, v, new_v, g)) return false;
-  for (const Index j : rows) g[at(j)] = units_.factor[at(j)] * (g[at(j)] - units_.offset[at(j)]);
-  return true;
-}
-
-bool InRowUnits::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
-                               std::span<double> values) {
-  if (!model().jacobian_rows(rows, v, new_v, values)) return false;
-  for (const Index j : rows) {
-    for (const std::size_t k : entries_[at(j)]) values[k] *= units_.factor[at(j)];
-  }
-  return true;
-}
-
-bool InRowUnits::hessian(std::span<const double> v, bool new_v, double sigma,
-                         std::span<const double> lambda, bool new_lambda,
-                         std::span<double> values) {
-  return model().hessian(v, new_v, sigma * units_.objective, in_model_units(lambda), new_lambda,
-                         values);
-}
-
-bool InRowUnits::hessian_errors(std::span<const double> v, double sigma,
-                                std::span<const double> lambda, std::span<double> row_errors) {
-  return model().hessian_errors(v, sigma * units_.objective, in_model_units(lambda), row_errors);
-}
-
-std::span<const double> InRowUnits::in_model_units(std::span<const double> lambda) {
-  for (std::size_t j = 0; j < lambda_.size(); ++j) lambda_[j] = lambda[j] * units_.factor[j];
-  return lambda_;
-}
-
-IntervalJet InRowUnits::Boxes::objective_over(std::span<const IntervalJet> v) const {
-  return IntervalJet(units_.objective) * model_.objective_over(v);
-}
-
-void InRowUnits::Boxes::constraints_over(std::span<const IntervalJet> v,
-                                         std::span<IntervalJet> g) const {
-  model_.constraints_over(v, g);
-  for (std::size_t j = 0; j < g.size(); ++j) {
-    if (units_.factor[j] != 1.0 || units_.offset[j] != 0.0)
-      g[j] = IntervalJet(units_.factor[j]) * (g[j] - IntervalJet(units_.offset[j]));
-  }
 }
 
 }  // namespace ipminmax

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+
+// What loops over positions run over.
+namespace ipminmax {
+
+/// The numbers first, first + 1, ..., last - 1.
+template <class Number>
+struct Numbers {
+  struct Iterator {
+    Number i;
+    Number operator*() const { return i; }
+    Iterator& operator++() {
+      ++i;
+      return *this;
+    }
+    bool operator==(const Iterator&) const = default;
+  };
+  Number first, last;
+  [[nodiscard]] Iterator begin() const { return {first}; }
+  [[nodiscard]] Iterator end() const { return {last}; }
+};
+
+/// The positions in an array.
+template <class Array>
+[[nodiscard]] Numbers<std::size_t> indices(const Array& array) {
+  return {0, array.size()};
+}
+
+}  // namespace ipminmax
