@@ -6,6 +6,7 @@
 #include "core/diagnostics/diagnosis.hpp"
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
@@ -35,7 +36,7 @@ bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& op
   const bool takes_out = treatment == FixedVariableTreatment::MakeParameter ||
                          treatment == FixedVariableTreatment::MakeParameterNodual;
   if (!takes_out || !(options.bound_relax_factor > 0.0)) return false;
-  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+  for (const auto i : indices(s.variable_lower)) {
     if (s.variable_lower[i] == s.variable_upper[i]) return true;
   }
   return false;
@@ -45,14 +46,14 @@ bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& op
 /// apart, as in Ipopt.
 Result solve_as_given(Problem& problem, const SolverOptions& options, Budget& budget,
                       const SolveObserver& observer, KeptWork* kept) {
-  Result refused = Solve(problem, options, budget, observer, kept).run();
+  Result refused = run_searches(problem, options, budget, observer, kept);
   if (refused.status != Status::TooFewDegreesOfFreedom ||
       !may_keep_fixed_variables(problem.structure(), options)) {
     return refused;
   }
   SolverOptions relaxed = options;
   relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
-  Result result = Solve(problem, relaxed, budget, observer, kept).run();
+  Result result = run_searches(problem, relaxed, budget, observer, kept);
   if (result.status == Status::TooFewDegreesOfFreedom) return refused;
   result.fixed_variables_relaxed = true;
   if (observer.message) {
