@@ -2,12 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "core/method/barrier.hpp"
+#include "core/method/curvature_escape.hpp"
 #include "core/method/filter.hpp"
+#include "core/method/filter_search.hpp"
+#include "core/method/parameters.hpp"
 #include "core/method/step_method.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/kept.hpp"
 #include "core/point/point.hpp"
+#include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -60,7 +68,30 @@ struct InnerArrays {
 class InnerMaximizer : Kept<InnerArrays> {
  public:
   /// first: where the search begins.
-  InnerMaximizer(const MethodContext& context, const Point& first, InnerArrays& arrays);
+  InnerMaximizer(const MethodContext& context, const Point& first, InnerArrays& arrays)
+      : Kept(&arrays),
+        canonical_(context.canonical),
+        kkt_(context.kkt),
+        correction_(context.correction),
+        options_(context.options),
+        limit_(context.limit) {
+    const CanonicalProblem& canonical = canonical_;
+    trial_ = first;
+    for (Step* step : {&rhs_, &correction_step_}) set_zero(canonical, *step);
+    gradient_ = start_v_ = rhs_.v;
+    along_ = rhs_.v.tail(canonical_.variables() - canonical_.y().begin);
+    corrected_c_ = rhs_.lambda;
+    filter_.begin_anew(at(parameters::inner::kSteps));
+    robust_entries_.clear();
+    if (canonical.robust_constraints().empty()) return;
+    const auto jacobian = canonical.jacobian();
+    for (const auto k : indices(jacobian)) {
+      const auto [row, col] = jacobian[k];
+      if (canonical.owned_by_max(col) && canonical.min_constraints().contains(row)) {
+        robust_entries_.push_back(k);
+      }
+    }
+  }
 
   enum class Outcome : std::uint8_t {
     Maximum,     ///< in sight, and the gain at most the target
@@ -71,44 +102,276 @@ class InnerMaximizer : Kept<InnerArrays> {
 
   /// Assembles K_yy at the point and factorizes it, shifted as needed, unless that was the last
   /// factorization; false: no shift helps.
-  [[nodiscard]] bool direction(const Point& point, double mu, InnerDirection& out);
+  [[nodiscard]] bool direction(const Point& point, double mu, InnerDirection& out) {
+    kkt_.assemble_inner(point.iterate, point.evaluation);
+    for (;;) {
+      out.shift = {};
+      if (!correction_.correct_inner(mu, out.shift, &point.evaluation)) return false;
+      if (solve(point, mu, out)) return true;
+      if (!kkt_.increase_quality()) return false;
+    }
+  }
+
   /// The same where a maximum is in sight; false where none is.
-  [[nodiscard]] bool unshifted_direction(const Point& point, double mu, InnerDirection& out);
+  [[nodiscard]] bool unshifted_direction(const Point& point, double mu, InnerDirection& out) {
+    return has_maximum_in_sight(point, mu, out.shift) && solve(point, mu, out);
+  }
+
   /// Whether K_yy is right at the point, up to what InertiaCorrection::factorize_unshifted adds.
-  [[nodiscard]] bool has_maximum_in_sight(const Point& point, double mu, Regularization& shift);
+  [[nodiscard]] bool has_maximum_in_sight(const Point& point, double mu, Regularization& shift) {
+    kkt_.assemble_inner(point.iterate, point.evaluation);
+    shift = {};
+    return kkt_.has_expected_inner_inertia(correction_.factorize_unshifted(
+        InertiaCorrection::Matrix::Inner, mu, point.evaluation, shift));
+  }
 
   /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used
   /// at its beginning where it is_known there.
   [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
-                                 double upper_bound, InnerDirection& out);
+                                 double upper_bound, InnerDirection& out) {
+    const KktSystem::Counting counting(kkt_, FactorizationCause::InnerAscent);
+    filter_.reset();
+    filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
+    start_v_ = point.iterate.v;
+    const Index n = canonical_.variables() - canonical_.y().begin;
+    const double start_norm = tail_norm(start_v_, canonical_.y().begin);
+    int far_shifted_steps = 0;
+    for (int k = 0;; ++k) {
+      const bool known = k == 0 && out.mu == mu && is_known(out, point);
+      if (!known && !direction(point, mu, out)) return Outcome::NotFound;
+      const double theta = violation(point.evaluation.c, canonical_.max_constraints());
+      const double feasible_theta = parameters::kHardly * std::max(1.0, mu);
+      const bool in_sight = out.shift.y == 0.0;
+      if (in_sight && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
+        return Outcome::Maximum;
+      }
+      if (theta <= feasible_theta &&
+          barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
+        return Outcome::AboveBound;
+      }
+      const double moved = (point.iterate.v - start_v_).tail(n).lpNorm<Eigen::Infinity>();
+      const bool shifted = !in_sight || out.shift.proximal_y;
+      if (shifted && moved > parameters::kLongStep * (1.0 + start_norm) &&
+          ++far_shifted_steps > parameters::kEnough) {
+        return Outcome::Unbounded;
+      }
+      if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
+      const bool stationary =
+          error(point, mu) <= std::max(options_.tol, parameters::kTrace * std::min(1.0, mu));
+      if (!in_sight && stationary) {
+        if (!escape(point, mu, out.factors)) return Outcome::NotFound;
+      } else if (!search(point, mu, out)) {
+        return Outcome::NotFound;
+      }
+    }
+  }
+
   /// Whether it is the direction at the point, with its factors at hand.
   [[nodiscard]] bool is_known(const InnerDirection& direction, const Point& point) const {
     return direction.is_at(point) && kkt_.are_current_inner(direction.factors);
   }
 
   /// leave along the direction of the largest curvature, by the factors of K_yy.
-  [[nodiscard]] bool escape(Point& point, double mu, const KktFactors& factors);
+  [[nodiscard]] bool escape(Point& point, double mu, const KktFactors& factors) {
+    const InverseIteration how{.variables = {canonical_.y().begin, canonical_.variables()}};
+    return turn_to_curvature(how, rhs_, correction_step_,
+                             [&](const NewtonResidual& rhs, Step& step) {
+                               return kkt_.solve_inner(factors, point.evaluation, rhs, step);
+                             }) &&
+           leave(point, mu, rhs_.v);
+  }
+
   /// Moves y, s_y along a direction (or against it) in which the value rises to second order; x
   /// stays. False: it does not.
-  [[nodiscard]] bool leave(Point& point, double mu, const Eigen::VectorXd& direction);
+  [[nodiscard]] bool leave(Point& point, double mu, const Eigen::VectorXd& direction) {
+    const Index n = canonical_.variables() - canonical_.y().begin;
+    along_ = direction.tail(n);
+    along_.normalize();
+    value_gradient(point, mu);
+    if (gradient_.tail(n).dot(along_) < 0.0) along_ = -along_;
+    const CurvatureMove move{.from = merit(point, mu),
+                             .size = 1.0 + tail_norm(point.iterate.v, canonical_.y().begin)};
+    trial_.evaluation = point.evaluation;
+    Block block{.owner = *this,
+                .point = point,
+                .mu = mu,
+                .step = correction_step_,
+                .factors = kkt_.inner_factors()};
+    if (!move_along_curvature(block, move, along_, limit_)) return false;
+    std::swap(point, trial_);
+    filter_.reset();
+    return true;
+  }
 
   /// Whether the Max constraints hold closely enough to compare values.
-  [[nodiscard]] bool feasible(const Point& point, double mu) const;
+  [[nodiscard]] bool feasible(const Point& point, double mu) const {
+    return violation(point.evaluation.c, canonical_.max_constraints()) <=
+           parameters::kHardly * std::max(1.0, mu);
+  }
 
   /// Error of the inner first-order conditions at mu.
-  [[nodiscard]] double error(const Point& point, double mu) const;
+  [[nodiscard]] double error(const Point& point, double mu) const {
+    const Iterate& z = point.iterate;
+    double error = std::max(max_error(canonical_, z, point.dual),
+                            tail_norm(point.evaluation.c, canonical_.max_constraints().begin));
+    for_each_bound(canonical_, z.v, [&](Index i, int side, double distance) {
+      if (!canonical_.owned_by_max(i)) return;
+      const double own = multiplier_of(z, i, side) / canonical_.weight(i, z);
+      error = std::max(error, std::abs(distance * own - mu));
+    });
+    return error;
+  }
 
  private:
-  [[nodiscard]] bool solve(const Point& point, double mu, InnerDirection& out);
-  struct Block;
-  [[nodiscard]] Merit merit(const Point& point, double mu) const;
-  [[nodiscard]] bool search(Point& point, double mu, const InnerDirection& direction);
-  [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
-  [[nodiscard]] double value(const Point& point, double mu) const;
-  void value_gradient(const Point& point, double mu);
-  [[nodiscard]] double own_weight(Index robust, const Iterate& iterate) const;
-  void divide_gain(const Point& point, InnerDirection& out) const;
-  void move(const Point& from, const Step& step, StepLength alpha, double mu, Point& to) const;
+  [[nodiscard]] bool solve(const Point& point, double mu, InnerDirection& out) {
+    newton_residual(canonical_, point, mu, rhs_);
+    out.mu = mu;
+    out.factors = kkt_.inner_factors();
+    out.jacobian_call = point.evaluation.jacobian_call;
+    out.hessian_call = point.evaluation.hessian_call;
+    if (!kkt_.solve_inner(out.factors, point.evaluation, rhs_, out.step)) return false;
+    // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
+    value_gradient(point, mu);
+    const Index n = canonical_.variables() - canonical_.y().begin;
+    const Index m = canonical_.max_constraints().size();
+    out.gain =
+        0.5 *
+        (gradient_.tail(n).dot(out.step.v.tail(n)) +
+         (point.iterate.lambda.tail(m) + out.step.lambda.tail(m)).dot(point.evaluation.c.tail(m)));
+    if (canonical_.has_copies()) divide_gain(point, out);
+    return std::isfinite(out.gain) && std::isfinite(out.copies_gain);
+  }
+  static double tail_norm(const Eigen::VectorXd& v, Index begin) {
+    const auto size = v.size() - begin;
+    return size > 0 ? v.tail(size).lpNorm<Eigen::Infinity>() : 0.0;
+  }
+
+  struct Block {
+    InnerMaximizer& owner;
+    const Point& point;
+    double mu;
+    const Step& step;
+    const KktFactors& factors;
+
+    const Point& from() const { return point; }
+    Point& trial() const { return owner.trial_; }
+    Eigen::VectorXd& corrected_c() const { return owner.corrected_c_; }
+
+    Trial merit() const {
+      Trial result;
+      result.usable = owner.evaluate_merit(trial(), mu, result.merit);
+      return result;
+    }
+    Trial evaluate(double /*slope*/, StepLength alpha) const {
+      owner.move(point, step, alpha, mu, trial());
+      return merit();
+    }
+    std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
+      newton_residual(owner.canonical_, point, mu, owner.rhs_);
+      owner.rhs_.lambda = -c;
+      Step& corrected = owner.correction_step_;
+      if (!owner.kkt_.solve_inner(factors, point.evaluation, owner.rhs_, corrected))
+        return std::nullopt;
+      const StepLength a = largest_step(owner.canonical_, point.iterate, corrected,
+                                        boundary_fraction(mu, owner.options_));
+      owner.move(point, corrected, a, mu, trial());
+      return a;
+    }
+    Trial evaluate_corrected(double /*slope*/, double /*alpha*/) const { return merit(); }
+    static void passed(bool /*dominated*/) {}
+    bool complete() const {
+      return evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
+    }
+
+    void set_trial(const Eigen::VectorXd& along, double length) const {
+      Step& d = owner.correction_step_;
+      set_zero(d);
+      d.v.tail(along.size()) = length * along;
+      owner.move(point, d, largest_step(owner.canonical_, point.iterate, d, parameters::kProgress),
+                 mu, trial());
+    }
+    Trial evaluate_move(double /*length*/) const { return merit(); }
+    static Trial improve(const Trial& trial) { return trial; }
+  };
+  [[nodiscard]] Merit merit(const Point& point, double mu) const {
+    return {violation(point.evaluation.c, canonical_.max_constraints()), -value(point, mu)};
+  }
+
+  [[nodiscard]] bool search(Point& point, double mu, const InnerDirection& direction) {
+    const Step& d = direction.step;
+    const double length = tail_norm(d.v, canonical_.y().begin);
+    const double longest =
+        parameters::kLongStep * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
+    SearchLine line{
+        .from = merit(point, mu),
+        .longest = largest_step(canonical_, point.iterate, d, boundary_fraction(mu, options_)),
+        .trials = std::numeric_limits<int>::max()};
+    if (length > longest) line.longest.primal = std::min(line.longest.primal, longest / length);
+    const Index n = canonical_.variables() - canonical_.y().begin;
+    line.slope = -gradient_.tail(n).dot(d.v.tail(n));
+    line.smallest = std::max(filter_.smallest_step(line.from, line.slope), parameters::kConstant);
+    trial_.evaluation = point.evaluation;
+    Block block{.owner = *this, .point = point, .mu = mu, .step = d, .factors = direction.factors};
+    if (!filter_search(block, filter_, line, limit_).accepted) return false;
+    std::swap(point, trial_);
+    canonical_.keep_distances(point.iterate, mu);
+    return true;
+  }
+
+  [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit) {
+    if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return false;
+    merit.theta = violation(trial.evaluation.c, canonical_.max_constraints());
+    merit.phi = -value(trial, mu);
+    return true;
+  }
+
+  [[nodiscard]] double value(const Point& point, double mu) const {
+    const Iterate& z = point.iterate;
+    double value = barrier_objective(canonical_, z.v, point.evaluation.f, mu) +
+                   barrier_of_copies(canonical_, z.v, mu);
+    for (const Index j : canonical_.robust_constraints()) {
+      value += z.lambda[j] / own_weight(j, z) * point.evaluation.c[j];
+    }
+    return value;
+  }
+
+  void value_gradient(const Point& point, double mu) {
+    barrier_gradient(canonical_, point, mu, gradient_);
+    for (const std::size_t k : robust_entries_) {
+      const auto [row, col] = canonical_.jacobian()[k];
+      gradient_[col] +=
+          point.iterate.lambda[row] / own_weight(row, point.iterate) * point.evaluation.jacobian[k];
+    }
+  }
+
+  /// Of a robust constraint that copies serve; 1 for others.
+  [[nodiscard]] double own_weight(Index robust, const Iterate& iterate) const {
+    if (!canonical_.has_copies()) return 1.0;
+    const Index slack = canonical_.slack_of(robust);
+    return canonical_.owners().is_served[at(slack)] ? CanonicalProblem::weight_by(slack, iterate)
+                                                    : 1.0;
+  }
+
+  /// Of f and of what copies serve: of each its own.
+  void divide_gain(const Point& point, InnerDirection& out) const {
+    out.gain = out.copies_gain = 0.0;
+    for (Index i = canonical_.y().begin; i < canonical_.variables(); ++i) {
+      const double gain = 0.5 * gradient_[i] * out.step.v[i];
+      (canonical_.served_slack(i) >= 0 ? out.copies_gain : out.gain) += gain;
+    }
+    for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
+      const Index slack = canonical_.slack_served_by_constraint(j);
+      const double gain = 0.5 * (point.iterate.lambda[j] + out.step.lambda[j]) *
+                          point.evaluation.c[j] / CanonicalProblem::weight_by(slack, point.iterate);
+      (slack >= 0 ? out.copies_gain : out.gain) += gain;
+    }
+  }
+
+  void move(const Point& from, const Step& step, StepLength alpha, double mu, Point& to) const {
+    to.iterate = from.iterate;
+    advance(canonical_, step, alpha, to.iterate, InequalityLength::Dual);
+    clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
+  }
 
   CanonicalProblem& canonical_;
   KktSystem& kkt_;

@@ -1,15 +1,23 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <Eigen/Core>
 
+#include "core/method/parameters.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/indices.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/point/point.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -26,10 +34,29 @@ enum class Setback : std::uint8_t {
 class Setbacks {
  public:
   void add(Setback kind) { ++counts_[static_cast<std::size_t>(kind)]; }
-  [[nodiscard]] Index total() const;
+  [[nodiscard]] Index total() const {
+    return std::accumulate(counts_.begin(), counts_.end(), Index{0});
+  }
   /// "no maximum over y was found (3 times), ...", those met, with the Min variables of the last.
   [[nodiscard]] std::string describe(const CanonicalProblem& canonical,
-                                     const Eigen::VectorXd& v) const;
+                                     const Eigen::VectorXd& v) const {
+    constexpr std::array<std::string_view, 5> kTexts = {
+        "no maximum over y was found", "another y became the higher maximum", "x moved to and fro",
+        "the constraints were not met", "no step was acceptable"};
+    constexpr Index kShown = 3;  // Min variables
+    std::string text;
+    for (const auto k : indices(counts_)) {
+      if (counts_[k] == 0) continue;
+      text += (text.empty() ? "" : ", ") + std::string(kTexts[k]) + " (" +
+              std::to_string(counts_[k]) + (counts_[k] == 1 ? " time)" : " times)");
+    }
+    const IndexRange x = canonical.x();
+    for (Index i = x.begin; i < std::min(x.end, x.begin + kShown); ++i) {
+      text += (i == x.begin ? ", last at " : ", ") + canonical.column_name(i) + " = " +
+              number_text(v[i] / canonical.variable_scale(i), 4);
+    }
+    return text + (x.size() > kShown ? ", ..." : "");
+  }
 
  private:
   std::array<Index, 5> counts_{};
@@ -39,8 +66,9 @@ class Setbacks {
 class Patience {
  public:
   /// rows: of K.
-  Patience(Index variables, Index rows);
-
+  Patience(Index variables, Index rows)
+      : allowed_(parameters::kFewestSetbacks +
+                 (rows > parameters::kSmallSystem ? 0 : variables / parameters::kPatience)) {}
   /// Why a search is given up.
   struct End {
     Status status;
@@ -48,15 +76,50 @@ class Patience {
   };
 
   /// Merits of another barrier parameter do not compare.
-  void barrier_changed();
+  void barrier_changed() {
+    best_ = {kInfinity, kInfinity};
+    stale_steps_ = 0;
+  }
 
-  [[nodiscard]] std::optional<End> set_back(Setback kind);
+  [[nodiscard]] std::optional<End> set_back(Setback kind) {
+    setbacks_.add(kind);
+    if (setbacks_.total() <= allowed_) return std::nullopt;
+    if (2 * inner_unbounded_ > setbacks_.total()) {
+      return End{Status::InnerUnbounded, "the maximization over y looks unbounded"};
+    }
+    return End{
+        Status::NoLocalMinmaxFound,
+        "the maximum over y disappears or jumps near here, so max over y of f may have a kink"};
+  }
+
   /// No inner maximum was found; y_ran_away: because y did.
-  [[nodiscard]] std::optional<End> inner_phase_failed(bool y_ran_away);
+  [[nodiscard]] std::optional<End> inner_phase_failed(bool y_ran_away) {
+    inner_unbounded_ += y_ran_away ? 1 : 0;
+    return set_back(Setback::NoMaximum);
+  }
+
   /// A value found above its estimate is another branch's: the name of the next lack of progress.
-  void watch_branch(double estimate, double found);
+  void watch_branch(double estimate, double found) {
+    jumped_ = jumped_ || found > estimate + parameters::kSlight * (1.0 + std::abs(found));
+  }
+
   /// A setback where neither violation nor value has improved for some steps.
-  [[nodiscard]] std::optional<End> check_progress(const Merit& now);
+  [[nodiscard]] std::optional<End> check_progress(const Merit& now) {
+    // To and fro over a kink of phi, where neither branch leads on.
+    const bool better = now.theta < parameters::kProgress * best_.theta ||
+                        now.phi < best_.phi - parameters::kSlight * (1.0 + std::abs(best_.phi));
+    if (better) {
+      best_.theta = std::min(best_.theta, now.theta);
+      best_.phi = std::min(best_.phi, now.phi);
+      jumped_ = false;
+      stale_steps_ = 0;
+      return std::nullopt;
+    }
+    if (++stale_steps_ < parameters::kEnough) return std::nullopt;
+    stale_steps_ = 0;
+    return set_back(std::exchange(jumped_, false) ? Setback::OtherBranch : Setback::NoProgress);
+  }
+
   [[nodiscard]] const Setbacks& setbacks() const { return setbacks_; }
 
  private:

@@ -1,34 +1,149 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/method/barrier.hpp"
+#include "core/method/parameters.hpp"
 #include "core/method/step_method.hpp"
+#include "core/model/norms.hpp"
+#include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 
 namespace ipminmax {
 
 /// The shifts that do not depend on the matrices: none of pure Newton, or the options'.
-[[nodiscard]] std::optional<Regularization> prescribed_shift(const SolverOptions& options);
+[[nodiscard]] inline std::optional<Regularization> prescribed_shift(const SolverOptions& options) {
+  if (options.minmax_pure_newton) return Regularization{};
+  if (options.minmax_prescribed_delta_x < 0.0) return std::nullopt;
+  return Regularization{.x = options.minmax_prescribed_delta_x,
+                        .y = options.minmax_prescribed_delta_y};
+}
 
 /// The paper's Algorithm 1: Newton steps with shifts that give both matrices the expected inertia,
 /// one step length for everything, no line search.
 class AlgorithmOne final : public StepMethod {
  public:
-  explicit AlgorithmOne(const MethodContext& context);
+  explicit AlgorithmOne(const MethodContext& context) : context_(context) {
+    rhs_ = step_ = zero_step(context.canonical);
+    last_residuals_.reserve(parameters::kPatience + 1);
+  }
 
-  [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override;
+  [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override {
+    StepReport report;
+    if (!compute_step(from, mu, report)) return report;
+    report.moved = context_.options.minmax_residual_watchdog ? watched_step(from, mu, to, report)
+                                                             : take_step(from, 1.0, mu, to, report);
+    return report;
+  }
 
  private:
+  static bool is_finite(const Step& step) {
+    return step.v.allFinite() && step.lambda.allFinite() && step.z_lower.allFinite() &&
+           step.z_upper.allFinite();
+  }
+
   /// The Newton step at a point. False: the report says why not.
-  [[nodiscard]] bool compute_step(const Point& from, double mu, StepReport& report);
+  [[nodiscard]] bool compute_step(const Point& from, double mu, StepReport& report) {
+    newton_residual(context_.canonical, from, mu, rhs_);
+    context_.kkt.assemble(from.iterate, from.evaluation);
+    const double residual_norm =
+        barrier_error(context_.canonical, from, mu, context_.options.s_max).norm();
+    const bool frozen = residual_norm <= context_.options.minmax_freeze_tol;
+    for (;;) {
+      const Index raises = context_.counts.instability_raises;
+      if (!factorize(frozen, mu, report)) return false;
+      report.delta_x = shift_.x;
+      report.delta_y = shift_.y;
+      report.kind = context_.counts.instability_raises > raises ? StepKind::Instability
+                    : shift_ == Regularization{}                ? StepKind::Newton
+                                                                : StepKind::Shifted;
+      if (context_.kkt.solve(from.evaluation, rhs_, step_) && is_finite(step_)) return true;
+      if (!context_.kkt.increase_quality()) {
+        report.fail(Status::LinearSolverFailed, "the Newton system cannot be solved accurately");
+        return false;
+      }
+    }
+  }
+
   /// Along the step as far as the bounds, the longest length allowed and the functions admit.
   [[nodiscard]] bool take_step(const Point& from, double longest, double mu, Point& to,
-                               StepReport& report);
-  [[nodiscard]] bool watched_step(const Point& from, double mu, Point& to, StepReport& report);
-  [[nodiscard]] bool factorize(bool frozen, double mu, StepReport& report);
-  void fail(EvaluationStatus status, std::string_view where, StepReport& report) const;
+                               StepReport& report) {
+    CanonicalProblem& canonical = context_.canonical;
+    StepLength alpha =
+        largest_step(canonical, from.iterate, step_, boundary_fraction(mu, context_.options));
+    // One step length for everything, as in Algorithm 1.
+    alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
+    EvaluationStatus status = EvaluationStatus::Ok;
+    for (report.trials = 1; report.trials <= parameters::kHalvings; ++report.trials) {
+      to.iterate = from.iterate;
+      advance(canonical, step_, alpha, to.iterate);
+      status = evaluate_values(canonical, to);
+      if (status == EvaluationStatus::Ok) break;
+      alpha.primal = alpha.dual = 0.5 * alpha.primal;
+    }
+    if (status != EvaluationStatus::Ok) {
+      fail(status, "at every point tried along the step", report);
+      return false;
+    }
+    report.alpha_primal = alpha.primal;
+    report.alpha_dual = alpha.dual;
+    report.step_norm = max_norm(step_.v);
+    clip_bound_multipliers(canonical, mu, context_.options.kappa_sigma, to.iterate);
+    status = evaluate_derivatives(canonical, to);
+    if (status != EvaluationStatus::Ok) fail(status, "at an iterate", report);
+    return status == EvaluationStatus::Ok;
+  }
+
+  [[nodiscard]] bool watched_step(const Point& from, double mu, Point& to, StepReport& report) {
+    // Halve the step while the residual exceeds the largest of the last few.
+    for (double longest = 1.0;; longest *= 0.5) {
+      if (!take_step(from, longest, mu, to, report)) return false;
+      const double norm = barrier_error(context_.canonical, to, mu, context_.options.s_max).norm();
+      const bool falls =
+          last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
+      if (falls || longest < parameters::kTrace) {
+        last_residuals_.push_back(norm);
+        if (last_residuals_.size() > parameters::kPatience)
+          last_residuals_.erase(last_residuals_.begin());
+        return true;
+      }
+    }
+  }
+
+  [[nodiscard]] bool factorize(bool frozen, double mu, StepReport& report) {
+    const auto fixed = prescribed_shift(context_.options);
+    if (fixed) shift_ = *fixed;
+    if (fixed || frozen) {
+      const Factorization f = context_.kkt.factorize(shift_, Certainty::Usual);
+      if (f.status == FactorizationStatus::Ok) {
+        report.shifts.full = f.inertia;
+        return true;
+      }
+      if (fixed) {
+        report.fail(Status::InertiaCorrectionFailed,
+                    "the KKT matrix with the prescribed shifts is singular");
+        return false;
+      }
+    }
+    const auto shift = context_.correction.correct(mu);
+    if (!shift) {
+      report.fail(Status::InertiaCorrectionFailed,
+                  "no shift of the Hessian gives the KKT matrix the expected inertia");
+      return false;
+    }
+    shift_ = *shift;
+    report.shifts = context_.correction.findings();
+    return true;
+  }
+
+  void fail(EvaluationStatus status, std::string_view where, StepReport& report) const {
+    report.fail(status_of(status),
+                context_.canonical.evaluation_error() + " " + std::string(where));
+  }
 
   MethodContext context_;
   NewtonResidual rhs_;

@@ -10,6 +10,7 @@
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/paper/algorithm_one.hpp"
 #include "core/point/point.hpp"
@@ -40,7 +41,7 @@ SolverOptions unmoved(SolverOptions options) {
 /// farther one is taken from the central path.
 void split_slack_multipliers(const CanonicalProblem& canonical, double mu, Iterate& iterate) {
   for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
-    for (Index i = slacks.begin; i < slacks.end; ++i) {
+    for (const Index i : indices(slacks)) {
       const double below = iterate.v[i] - canonical.lower()[i];
       const double above = canonical.upper()[i] - iterate.v[i];
       if (!std::isfinite(below) || !std::isfinite(above)) continue;
@@ -86,7 +87,7 @@ std::vector<ShiftedRow> shifted_rows(const CanonicalProblem& canonical,
                                      const Regularization& shift) {
   std::vector<ShiftedRow> rows;
   const auto add = [&](IndexRange range, bool is_variable, double value) {
-    for (Index i = range.begin; i < range.end; ++i) rows.push_back({i, is_variable, value});
+    for (const Index i : indices(range)) rows.push_back({i, is_variable, value});
   };
   add(canonical.x(), true, shift.x);
   add(canonical.y(), true, -shift.y);
