@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/certificate/trial.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 
@@ -64,7 +65,7 @@ void hold_inactive_copies(TestContext& c, TrialPoint& trial) {
   Vector& lambda = trial.point.iterate.lambda;
   for (const Index i : trial.inactive.variables)
     lambda[c.canonical.constraint_of_slack(c.canonical.served_slack(i))] = 0.0;
-  for (std::size_t j = 0; j < trial.inactive.rows.size(); ++j) {
+  for (const auto j : indices(trial.inactive.rows)) {
     if (trial.inactive.rows[j]) lambda[static_cast<Index>(j)] = 0.0;
   }
   if (!trial.inactive.variables.empty() &&

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/certificate/trial.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/products.hpp"
 #include "core/point/residual.hpp"
 #include "linalg/numbers.hpp"
@@ -122,7 +123,7 @@ struct DependenceSearch {
   std::vector<Dependence> reduce() {
     std::vector<Dependence> found;
     std::vector<Vector>& rest = null;
-    for (std::size_t k = 0; k < rest.size(); ++k) {
+    for (const auto k : indices(rest)) {
       std::size_t best = k;
       Index row = 0;
       double largest = -1.0;
@@ -133,14 +134,14 @@ struct DependenceSearch {
       }
       std::swap(rest[k], rest[best]);
       rest[k] /= rest[k][row];
-      for (std::size_t other = 0; other < rest.size(); ++other) {
+      for (const auto other : indices(rest)) {
         if (other == k) continue;
         rest[other] -= rest[other][row] * rest[k];
         rest[other][row] = 0.0;
       }
       found.push_back({.row = row, .weights = {}});
     }
-    for (std::size_t k = 0; k < rest.size(); ++k) {
+    for (const auto k : indices(rest)) {
       Vector& weights = found[k].weights;
       weights = rest[k].cwiseProduct(factor).cwiseProduct(system.scaling.constraint);
       weights /= weights[found[k].row];
@@ -202,7 +203,7 @@ struct DependenceSearch {
     if (!canonical.has_copies()) return;
     std::vector<std::vector<Index>> places;  // copies of each rank among those of their row
     std::vector<std::size_t> rank(at(canonical.variables()), 0);
-    for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
+    for (const Index i : indices(canonical.y())) {
       const Index slack = canonical.served_slack(i);
       if (slack < 0) continue;
       const std::size_t own = rank[at(slack)]++;

@@ -4,6 +4,7 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/method/curvature_escape.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/products.hpp"
 #include "linalg/numbers.hpp"
@@ -321,7 +322,7 @@ struct DirectionSearch {
     std::vector<Vector> tried = {found.front()};
     if (found.size() > 1) {  // all together, as each costs evaluations
       tried.push_back(Vector::Zero(canonical.variables()));
-      for (std::size_t k = 0; k < found.size(); ++k)
+      for (const auto k : indices(found))
         tried.back() += std::cos(1.0 + static_cast<double>(k)) * found[k];
     }
     for (const Vector& direction : tried) {

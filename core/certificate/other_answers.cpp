@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "core/certificate/trial.hpp"
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -15,8 +16,7 @@ struct TiedVariables {
 
   TiedVariables(const CanonicalProblem& canonical, const ActiveSetSystem& system, bool by_value)
       : free(at(canonical.variables()), false), tied(free), curved(free) {
-    for (Index i = canonical.y().begin; i < canonical.y().end; ++i)
-      free[at(i)] = !system.is_fixed(i);
+    for (const Index i : indices(canonical.y())) free[at(i)] = !system.is_fixed(i);
     for_each_entry(canonical.hessian(), system.derivatives().hessian,
                    [&](Index i, Index j, double value) {
                      if (!free[at(i)] || !free[at(j)] || (by_value && value == 0.0)) return;
@@ -34,7 +34,7 @@ bool by_structure(TestContext& c, const TrialPoint& trial, ActiveSetSystem& syst
   set.redundant.resize(at(c.canonical.constraints()), false);
   const auto is_linear = [&](Index i) { return variables.free[at(i)] && !variables.tied[at(i)]; };
   bool any = false;
-  for (Index i = c.canonical.y().begin; i < c.canonical.y().end; ++i) {
+  for (const Index i : indices(c.canonical.y())) {
     if (is_linear(i)) set.hold(i), any = true;
   }
   if (!any) return false;
@@ -53,7 +53,7 @@ bool is_saddle(const CanonicalProblem& canonical, const ActiveSetSystem& system)
   for (const auto& [row, col] : canonical.jacobian()) {
     if (system.counts(row)) variables.curved[at(col)] = true;
   }
-  for (std::size_t i = 0; i < variables.tied.size(); ++i) {
+  for (const auto i : indices(variables.tied)) {
     if (variables.tied[i] && !variables.curved[i]) return true;
   }
   return false;
@@ -113,7 +113,7 @@ bool hold_unread(TestContext& c, TrialPoint& next) {
   std::vector<Vector> found = find_uncurved_directions(c, system, next);
   const IndexRange x = c.canonical.x();
   std::vector<Index> held;
-  for (std::size_t k = 0; k < found.size(); ++k) {
+  for (const auto k : indices(found)) {
     Vector& d = found[k];
     d.tail(d.size() - x.end).setZero();
     for (std::size_t l = 0; l < k; ++l) d -= d[held[l]] / found[l][held[l]] * found[l];

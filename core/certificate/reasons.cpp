@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/certificate/parameters.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 
@@ -122,7 +123,7 @@ void Reasons::add_direction(Kind kind, Player player, const Vector& step, const 
   const IndexRange own = player == Player::Min ? canonical_.x() : canonical_.y();
   std::vector<std::pair<double, Index>> entries;
   double largest = 0.0;
-  for (Index i = own.begin; i < own.end; ++i) {
+  for (const Index i : indices(own)) {
     entries.emplace_back(step[i] / canonical_.variable_scale(i), i);
     largest = std::max(largest, std::abs(entries.back().first));
   }

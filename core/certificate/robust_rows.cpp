@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/certificate/trial.hpp"
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -20,7 +21,7 @@ Vector firm_curvature(const CanonicalProblem& canonical, const Iterate& iterate,
   // Of a quadratic term that is one at one scaled unit.
   const Vector one = scaling.variable.cwiseAbs2().cwiseInverse();
   for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
-    for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = kConstant * one[i];
+    for (const Index i : indices(slacks)) curvature[i] = kConstant * one[i];
   }
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
     const double multiplier = multiplier_of(iterate, i, side);
@@ -105,7 +106,7 @@ SecondOrder test_robust_rows(TestContext& c, const TrialPoint& trial, const Poin
   if (least > kConfirmed) return SecondOrder::Satisfied;
   // What Max would gain of a constraint's violation by its Newton step in y.
   double gain = 0.0;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
+  for (const auto r : indices(rows)) {
     const auto k = static_cast<Index>(r);
     gain = std::max(gain, 0.5 * std::abs(point.iterate.lambda[rows[r].constraint]) *
                               rows[r].compliance * (1.0 - (*left)(k, k)));
@@ -122,7 +123,7 @@ InactiveCopies inactive_copies(const CanonicalProblem& canonical, const Iterate&
     active[at(canonical.slack_of(row.constraint))] = true;
   const auto serves_inactive = [&](Index slack) { return slack >= 0 && !active[at(slack)]; };
   InactiveCopies inactive;
-  for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
+  for (const Index i : indices(canonical.y())) {
     if (serves_inactive(canonical.served_slack(i))) inactive.variables.push_back(i);
   }
   for (Index j = 0; j < canonical.constraints() && !inactive.variables.empty(); ++j)

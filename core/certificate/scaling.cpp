@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/certificate/parameters.hpp"
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -203,8 +204,7 @@ double own_size(const CanonicalProblem& canonical, double v, Index i,
 double longest(const CanonicalProblem& canonical, const Vector& v, const VariableScaling& scaling) {
   double size = 0.0;
   for (const IndexRange own : {canonical.x(), canonical.y()}) {
-    for (Index i = own.begin; i < own.end; ++i)
-      size = std::max(size, std::abs(v[i]) / scaling.variable[i]);
+    for (const Index i : indices(own)) size = std::max(size, std::abs(v[i]) / scaling.variable[i]);
   }
   return size;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/iterate.hpp"
 
 namespace ipminmax {
@@ -69,7 +70,7 @@ const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const
 /// visit(row, column, value) for every entry of a matrix.
 template <class Pattern, class Values, class Visit>
 void for_each_entry(const Pattern& pattern, Values& values, Visit&& visit) {
-  for (std::size_t k = 0; k < values.size(); ++k) visit(pattern[k].row, pattern[k].col, values[k]);
+  for (const auto k : indices(values)) visit(pattern[k].row, pattern[k].col, values[k]);
 }
 
 /// Writes the scaled derivatives. Their call numbers are reset.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/products.hpp"
 #include "core/point/residual.hpp"
@@ -52,7 +53,7 @@ Vector hessian_error_of(TestContext& c, const TrialPoint& trial) {
       EvaluationStatus::Ok) {
     return Vector::Constant(c.canonical.variables(), kInfinity);
   }
-  for (std::size_t k = 0; k < without.hessian.size(); ++k)
+  for (const auto k : indices(without.hessian))
     without.hessian[k] -= trial.point.evaluation.hessian[k];
   add_row_sums(c.canonical, without.hessian, trial.scaling.variable, error);
   return error;
@@ -80,7 +81,7 @@ bool is_stationary_at_end(const CanonicalProblem& canonical, const TrialPoint& t
                    terms[col] += std::abs(value * point.iterate.lambda[row]);
                  });
   const double none = kRounding * terms.cwiseProduct(size).maxCoeff();
-  for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
+  for (const Index i : indices(canonical.y())) {
     const double slope = std::abs(left[i]);
     if (trial.set[i] == BoundClass::Inactive &&
         !(slope <= kHardly * terms[i] || slope * size[i] <= none)) {
@@ -194,7 +195,7 @@ bool drop_inactive_multipliers(TestContext& c, TrialPoint& trial) {
 VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
   const Iterate& z = trial.point.iterate;
   Evaluation certain = trial.point.evaluation, there = certain;
-  for (std::size_t k = 0; k < trial.newton.hessian_change.size(); ++k) {
+  for (const auto k : indices(trial.newton.hessian_change)) {
     if (std::abs(certain.hessian[k]) < kConfirmed * trial.newton.hessian_change[k])
       certain.hessian[k] = 0.0;
   }
@@ -207,7 +208,7 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
       c.canonical.second_derivatives(step, without_inactive(c.canonical, trial.set, lambda),
                                      there) == EvaluationStatus::Ok) {
     const auto keep = [](const std::vector<double>& changed, std::vector<double>& values) {
-      for (std::size_t k = 0; k < values.size(); ++k) {
+      for (const auto k : indices(values)) {
         if (!(std::abs(changed[k] - values[k]) <= std::abs(values[k]))) values[k] = 0.0;
       }
     };
@@ -281,7 +282,7 @@ bool is_near(const TestContext& c, const Vector& from, const Vector& to,
   const double size = size_of_problem(c.canonical, from, scaling);
   const Vector& start = c.canonical.starting_point().v;
   for (const IndexRange own : {c.canonical.x(), c.canonical.y()}) {
-    for (Index i = own.begin; i < own.end; ++i) {
+    for (const Index i : indices(own)) {
       const double length = std::abs(to[i] - from[i]), unit = size * scaling.variable[i];
       if (!(length <= share * unit)) return false;
       const double own_size = std::max(std::abs(from[i]), std::abs(start[i]));

@@ -7,6 +7,7 @@
 
 #include "core/diagnostics/derivative_test.hpp"
 #include "core/differences/first_derivatives.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
@@ -134,7 +135,7 @@ class DerivativeTester {
 
   void test_first_derivatives() {
     std::vector<std::map<Index, double>> columns(at(n_));  // of the Jacobian
-    for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+    for (const auto k : indices(structure_.jacobian)) {
       const auto [row, col] = structure_.jacobian[k];
       columns[at(col)][row] += derivatives_.jacobian[k];
     }
@@ -200,7 +201,7 @@ class DerivativeTester {
   [[nodiscard]] SparseRows rows_of(const FirstDerivatives& derivatives) const {
     SparseRows rows(at(m_ + 1));
     for (Index i = 0; i < n_; ++i) rows[0][i] = derivatives.gradient[at(i)];
-    for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+    for (const auto k : indices(structure_.jacobian)) {
       const auto [row, col] = structure_.jacobian[k];
       rows[at(row + 1)][col] += derivatives.jacobian[k];
     }
@@ -217,7 +218,7 @@ class DerivativeTester {
       return false;
     }
     std::map<Pair, double> exact;
-    for (std::size_t k = 0; k < values.size(); ++k) {
+    for (const auto k : indices(values)) {
       const auto [row, col] = structure_.hessian[k];
       exact[{std::max(row, col), std::min(row, col)}] += values[k];
     }

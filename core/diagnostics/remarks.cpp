@@ -1,5 +1,6 @@
 #include "core/diagnostics/remarks.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 
@@ -28,7 +29,7 @@ bool is_open(const ProblemStructure& s, std::size_t i) {
 Shares count(const ProblemStructure& s) {
   Shares counts;
   std::vector<bool> fixed(s.variable_players.size());
-  for (std::size_t i = 0; i < fixed.size(); ++i) {
+  for (const auto i : indices(fixed)) {
     fixed[i] = s.variable_lower[i] == s.variable_upper[i];
     if (!fixed[i]) ++counts.free[player(s.variable_players[i])];
     if (!fixed[i] && is_open(s, i)) ++counts.open[player(s.variable_players[i])];
@@ -41,7 +42,7 @@ Shares count(const ProblemStructure& s) {
   const auto equation = [&](std::size_t j) {
     return moved[j] && s.constraint_lower[j] == s.constraint_upper[j];
   };
-  for (std::size_t j = 0; j < moved.size(); ++j) {
+  for (const auto j : indices(moved)) {
     if (equation(j)) ++counts.equations[player(s.constraint_players[j])];
   }
   std::vector<Index> last_reader(fixed.size(), -1);
@@ -66,7 +67,7 @@ std::string plural(std::size_t count, const char* noun) {
 
 std::string one_player_remark(const ProblemStructure& s) {
   std::array<bool, 2> has_variables{}, has_free{};
-  for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
+  for (const auto i : indices(s.variable_players)) {
     const std::size_t owner = player(s.variable_players[i]);
     has_variables[owner] = true;
     if (s.variable_lower[i] != s.variable_upper[i]) has_free[owner] = true;
@@ -116,7 +117,7 @@ std::string at_possible_kink(const ProblemStructure& s) {
       "if another y is as good here, max over y of f has a kink: minmax_epigraph yes minimizes the "
       "largest of the maxima over y";
   const auto reads = readers(s, [](std::size_t) { return true; });
-  for (std::size_t j = 0; j < reads.size(); ++j) {
+  for (const auto j : indices(reads)) {
     if (s.constraint_players[j] != Player::Max || s.constraint_lower[j] != s.constraint_upper[j] ||
         reads[j][0]) {
       continue;
@@ -135,7 +136,7 @@ std::string unmet_by_max(const ProblemStructure& s, const SolverOptions& options
     return {};
   std::size_t worst = 0;
   double most = options.constr_viol_tol;
-  for (std::size_t j = 0; j < result.constraints.size(); ++j) {
+  for (const auto j : indices(result.constraints)) {
     const double g = result.constraints[j];
     const double outside = excess(g, s.constraint_lower[j], s.constraint_upper[j]);
     if (s.constraint_players[j] == Player::Max && outside > most) most = outside, worst = j;

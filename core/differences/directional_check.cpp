@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/products.hpp"
@@ -38,7 +39,7 @@ void lagrangian_gradient(const CanonicalProblem& canonical, const Evaluation& ev
 void size_of_terms(const CanonicalProblem& canonical, const Evaluation& evaluation,
                    const Eigen::VectorXd& lambda, Eigen::VectorXd& size) {
   size = evaluation.gradient.cwiseAbs();
-  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+  for (const auto k : indices(evaluation.jacobian)) {
     const auto [row, col] = canonical.jacobian()[k];
     size[col] += std::abs(evaluation.jacobian[k] * lambda[row]);
   }
@@ -144,7 +145,7 @@ std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
     slope[row] += term;
     size[row] += std::abs(term);
   };
-  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+  for (const auto k : indices(evaluation.jacobian)) {
     const auto [row, col] = canonical.jacobian()[k];
     add(row, evaluation.jacobian[k] * step[col]);
   }

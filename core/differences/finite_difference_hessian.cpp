@@ -5,6 +5,7 @@
 
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
@@ -68,7 +69,7 @@ void FiniteDifferenceHessian::choose_pattern(const std::vector<Triplet>* known) 
     }
   }
   std::vector<Index> variables;
-  for (std::size_t i = 0; i < free_.size(); ++i) {
+  for (const auto i : indices(free_)) {
     if (looked_at[i]) variables.push_back(static_cast<Index>(i));
   }
   PointSampler sampler(structure_, start_->v);
@@ -263,7 +264,7 @@ bool FiniteDifferenceHessian::find_change(const Multipliers& multipliers,
       add(i, multipliers.sigma, ahead_.gradient[i], base_.gradient[i]);
     }
   }
-  for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+  for (const auto k : indices(structure_.jacobian)) {
     const auto [row, col] = structure_.jacobian[k];
     const double weight = multipliers.lambda[at(row)];
     if (weight != 0.0) add(at(col), weight, ahead_.jacobian[k], base_.jacobian[k]);
@@ -363,7 +364,7 @@ bool FiniteDifferenceHessian::values_with_errors(std::span<const double> v,
       !differences(v, multipliers, 1.0, values, errors)) {
     return false;
   }
-  for (std::size_t k = 0; k < values.size(); ++k) {
+  for (const auto k : indices(values)) {
     errors[k] = 2.0 * (std::abs(values[k] - fine[k]) + errors[k]);
   }
   return true;
@@ -373,7 +374,7 @@ std::vector<double> FiniteDifferenceHessian::random_direction(std::span<const do
                                                               double scale) {
   std::uniform_real_distribution<double> length(0.5, 1.0);
   std::vector<double> direction(v.size(), 0.0);
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  for (const auto i : indices(v)) {
     const bool coin = (random_() & 1U) != 0;
     const double part = length(random_);
     if (!free_[i]) continue;
@@ -399,7 +400,7 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
     for (const auto& [length, change] :
          {std::pair{1.0, &first_}, std::pair{2.0, &second_}, std::pair{4.0, &third_}}) {
       trial_.assign(v.begin(), v.end());
-      for (std::size_t i = 0; i < v.size(); ++i) trial_[i] += length * direction[i];
+      for (const auto i : indices(v)) trial_[i] += length * direction[i];
       defined = defined && find_change(multipliers, *change);
     }
     if (defined) break;
@@ -407,7 +408,7 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
   if (!defined) return std::nullopt;
 
   std::vector<double> product(v.size(), 0.0), size(v.size(), 0.0), error(v.size(), 0.0);
-  for (std::size_t k = 0; k < values.size(); ++k) {
+  for (const auto k : indices(values)) {
     const auto add = [&](Index row, Index col) {
       const double d = direction[at(col)];
       product[at(row)] += values[k] * d;
@@ -419,7 +420,7 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
     if (row != col) add(col, row);
   }
   std::vector<Index> rows;
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  for (const auto i : indices(v)) {
     if (!free_[i]) continue;
     // Slopes at 0 from two pairs of points; their errors of second order are as 1 to 4.
     const double fine = 2.0 * first_[i] - 0.5 * second_[i];
@@ -442,7 +443,7 @@ bool FiniteDifferenceHessian::hessian_errors(std::span<const double> v, double s
   const auto rows = disagreeing_rows(v, multipliers, values, errors);
   if (!rows) return true;
   std::fill(row_errors.begin(), row_errors.end(), 0.0);
-  for (std::size_t k = 0; k < errors.size(); ++k) {
+  for (const auto k : indices(errors)) {
     const auto [row, col] = structure_.hessian[k];
     row_errors[at(row)] += errors[k];
     if (row != col) row_errors[at(col)] += errors[k];

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
 
@@ -65,7 +66,7 @@ HessianColoring color_hessian(std::span<const Triplet> pattern, Index variables)
   const std::vector<Index> color = restricted_star_colors(neighbours_of(pattern, variables));
   HessianColoring result;
   if (variables > 0) result.groups.resize(at(*std::max_element(color.begin(), color.end()) + 1));
-  for (std::size_t k = 0; k < pattern.size(); ++k) {
+  for (const auto k : indices(pattern)) {
     auto [row, col] = pattern[k];
     // In the row of the higher colour no other neighbour has the lower one.
     if (color[at(row)] < color[at(col)]) std::swap(row, col);
@@ -131,7 +132,7 @@ class Detector {
 
   void add_constraint_blocks(const std::vector<Point>& points) {
     std::vector<std::vector<Index>> nonlinear(wide_.size());
-    for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+    for (const auto k : indices(structure_.jacobian)) {
       const auto [row, col] = structure_.jacobian[k];
       const double value = points.front().derivatives.jacobian[k];
       const bool varies = std::any_of(points.begin(), points.end(), [&](const Point& point) {
@@ -139,7 +140,7 @@ class Detector {
       });
       if (varies && wanted_[at(col)]) nonlinear[at(row)].push_back(col);
     }
-    for (std::size_t row = 0; row < nonlinear.size(); ++row) {
+    for (const auto row : indices(nonlinear)) {
       wide_[row] = nonlinear[row].size() > parameters::kMany;
       if (wide_[row]) continue;
       for (const Index i : nonlinear[row]) {
@@ -163,10 +164,10 @@ class Detector {
       }
       if (!source_.evaluate(trial_, moved_)) continue;
       changed.assign(trial_.size(), false);
-      for (std::size_t i = 0; i < trial_.size(); ++i) {
+      for (const auto i : indices(trial_)) {
         changed[i] = moved_.gradient[i] != base_.derivatives.gradient[i];
       }
-      for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+      for (const auto k : indices(structure_.jacobian)) {
         const auto [row, col] = structure_.jacobian[k];
         if (wide_[at(row)] && moved_.jacobian[k] != base_.derivatives.jacobian[k]) {
           changed[at(col)] = true;
@@ -215,7 +216,7 @@ class Detector {
       std::erase_if(groups, [](const Group& group) { return group.rows.empty(); });
     }
     std::sort(dense.begin(), dense.end());
-    for (std::size_t k = 0; k < variables_.size(); ++k) {
+    for (const auto k : indices(variables_)) {
       if (!std::binary_search(dense.begin(), dense.end(), variables_[k])) continue;
       Group alone{k, k + 1, {variables_.begin(), variables_.end()}};
       std::vector<Group*> batch{&alone};
@@ -263,7 +264,7 @@ class Detector {
     for (const Index i : variables_) sorted.push_back(count[at(i)]);
     std::ranges::sort(sorted, std::greater<>());
     std::size_t best = levels * sorted.front(), most = sorted.front();
-    for (std::size_t k = 0; k < sorted.size(); ++k) {
+    for (const auto k : indices(sorted)) {
       const std::size_t left = k + 1 < sorted.size() ? sorted[k + 1] : 0;
       if (left == sorted[k] || k + 1 + levels * left >= best) continue;
       best = k + 1 + levels * left;
@@ -281,7 +282,7 @@ class Detector {
     std::vector<std::vector<Group*>> batches;
     std::vector<std::vector<std::size_t>> taken(wanted_.size());  // batches of each row
     std::vector<std::size_t> refused_by;                          // per batch, the last group
-    for (std::size_t g = 0; g < groups.size(); ++g) {
+    for (const auto g : indices(groups)) {
       for (const Index i : groups[g].rows) {
         for (const std::size_t batch : taken[at(i)]) refused_by[batch] = g;
       }
@@ -299,7 +300,7 @@ class Detector {
 
   std::vector<Triplet> pattern() {
     std::vector<Triplet> result;
-    for (std::size_t i = 0; i < pairs_of_.size(); ++i) {
+    for (const auto i : indices(pairs_of_)) {
       auto& partners = pairs_of_[i];
       std::sort(partners.begin(), partners.end());
       partners.erase(std::unique(partners.begin(), partners.end()), partners.end());
@@ -325,7 +326,7 @@ class Detector {
 
 PointSampler::PointSampler(const ProblemStructure& structure, std::span<const double> start)
     : structure_(structure), start_(start.begin(), start.end()) {
-  for (std::size_t i = 0; i < start_.size(); ++i) {
+  for (const auto i : indices(start_)) {
     start_[i] = std::clamp(start_[i], structure.variable_lower[i], structure.variable_upper[i]);
   }
 }
@@ -333,7 +334,7 @@ PointSampler::PointSampler(const ProblemStructure& structure, std::span<const do
 std::vector<double> PointSampler::sample(double radius) {
   std::uniform_real_distribution<double> fraction(0.05, 0.95);
   std::vector<double> point = start_;
-  for (std::size_t i = 0; i < point.size(); ++i) {
+  for (const auto i : indices(point)) {
     double lower = structure_.variable_lower[i], upper = structure_.variable_upper[i];
     const double reach = radius * length_of(start_[i], start_[i], lower, upper);
     lower = std::max(lower, start_[i] - reach);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/kkt/block.hpp"
+#include "core/model/indices.hpp"
 #include "core/point/residual.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
@@ -94,7 +95,7 @@ KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const Kkt
   const auto take = [&](std::span<const Triplet> pattern, const std::vector<Index>& rows,
                         std::vector<Index>& taken) {
     taken.reserve(pattern.size());
-    for (std::size_t k = 0; k < pattern.size(); ++k) {
+    for (const auto k : indices(pattern)) {
       const Index row = rows[at(pattern[k].row)], col = row_of_variable[at(pattern[k].col)];
       if (row < 0 || col < 0) continue;
       taken.push_back(static_cast<Index>(k));
@@ -146,7 +147,7 @@ void KktBlock::set_lengths(const Iterate& iterate) {
     if (row < 0 || slack < 0) return;
     lengths_[row] = std::pow(CanonicalProblem::weight_by(slack, iterate), power);
   };
-  for (Index i = canonical_.y().begin; i < canonical_.y().end; ++i) {
+  for (const Index i : indices(canonical_.y())) {
     set(row_of_variable(i), canonical_.served_slack(i), -0.5);
   }
   for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
@@ -214,14 +215,14 @@ void KktBlock::set_values(const Evaluation& evaluation, std::span<const double> 
     if (coupled || own) values[at(*position)] += jacobian[at(k)];
     ++position;
   }
-  for (Index i = variables().begin; i < variables().end; ++i) {
+  for (const Index i : indices(variables())) {
     const Index row = row_of_variable(i);
     if (row < 0) continue;
     diagonal_[row] =
         values[at(matrix_.diagonal_position(row))] + canonical_.sign(i) * terms_.curvature[i];
     if (low_rank_) diagonal_[row] += low_rank_->diagonal[i];
   }
-  for (Index j = constraints().begin; j < constraints().end; ++j) {
+  for (const Index j : indices(constraints())) {
     const Index slack = canonical_.slack_of(j);
     diagonal_[row_of_constraint(j)] =
         slack < 0 ? 0.0 : -canonical_.sign(slack) / terms_.curvature[slack];
@@ -244,7 +245,7 @@ void KktBlock::measure_copies() {
 void KktBlock::decouple(const std::vector<bool>& decoupled) {
   if (decoupled.empty()) return;
   factorized_with_.reset();
-  for (Index j = constraints().begin; j < constraints().end; ++j) {
+  for (const Index j : indices(constraints())) {
     if (!decoupled[at(j)]) continue;
     diagonal_[row_of_constraint(j)] = canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
   }
@@ -252,13 +253,13 @@ void KktBlock::decouple(const std::vector<bool>& decoupled) {
 
 void KktBlock::shift_by(const Regularization& shift) {
   const auto values = matrix_.values();
-  for (Index i = variables().begin; i < variables().end; ++i) {
+  for (const Index i : indices(variables())) {
     const Index row = row_of_variable(i);
     if (row < 0) continue;
     values[at(matrix_.diagonal_position(row))] =
         diagonal_[row] + (canonical_.owned_by_max(i) ? shift.of_max(i) : shift.of_min(i));
   }
-  for (Index j = constraints().begin; j < constraints().end; ++j) {
+  for (const Index j : indices(constraints())) {
     const Index row = row_of_constraint(j);
     double diagonal = diagonal_[row];  // of Min -1 / Sigma of the slack, or 0
     if (shift.slacks > 0.0 && diagonal < 0.0) diagonal /= 1.0 - shift.slacks * diagonal;

@@ -1,4 +1,5 @@
 #include "core/kkt/system.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"
 
@@ -36,7 +37,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
     const IndexRange variables = {max ? canonical_.y().begin : 0,
                                   max ? canonical_.variables() : canonical_.y().begin};
     rhs.v.setZero();
-    for (Index i = variables.begin; i < variables.end; ++i) {
+    for (const Index i : indices(variables)) {
       rhs.v[i] =
           -evaluation.gradient[i] - canonical_.sign(i) * (iterate.z_upper[i] - iterate.z_lower[i]);
     }
@@ -49,7 +50,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
     }
     if (!max) {
       const auto jacobian = canonical_.jacobian();
-      for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      for (const auto k : indices(jacobian)) {
         const auto [row, col] = jacobian[k];
         if (canonical_.max_constraints().contains(row) && !canonical_.owned_by_max(col)) {
           rhs.v[col] -= evaluation.jacobian[k] * lambda[row];
@@ -59,7 +60,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
     // Where Gamma is the pivot of a multiplier, little of I is left in the factors.
     if (!solve_projection(rhs, step)) return false;
     const IndexRange own = max ? canonical_.max_constraints() : canonical_.min_constraints();
-    for (Index j = own.begin; j < own.end; ++j) lambda[j] = step.lambda[j];
+    for (const Index j : indices(own)) lambda[j] = step.lambda[j];
   }
   return lambda.allFinite();
 }

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "core/kkt/system.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
 
@@ -20,7 +21,7 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
     fill[i] = fill[i] > 0.0 ? std::min(fill[i], found) : found;
   };
   const auto take_all = [&](Index first, const auto& entries, const std::vector<double>& values) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
+    for (const auto k : indices(values)) {
       take(first + entries[k].row, entries[k].col, values[k]);
       take(entries[k].col, first + entries[k].row, values[k]);
     }
@@ -32,7 +33,7 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
     size = fill;
   }
   double largest_x = 0.0, largest = 0.0;
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+  for (const auto k : indices(evaluation.hessian)) {
     const double entry = std::abs(evaluation.hessian[k]);
     largest = std::max(largest, entry);
     if (canonical_.hessian()[k].col < y) largest_x = std::max(largest_x, entry);

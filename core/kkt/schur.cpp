@@ -3,6 +3,8 @@
 
 #include "core/kkt/block.hpp"
 #include "core/kkt/schur.hpp"
+#include "core/model/indices.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -13,10 +15,10 @@ std::vector<Index> inner_rows(const KktBlock& full, const KktBlock& inner) {
   const auto set = [&](Index full_row, Index inner_row) {
     if (full_row >= 0) rows[at(full_row)] = inner_row;
   };
-  for (Index i = inner.variables().begin; i < inner.variables().end; ++i) {
+  for (const Index i : indices(inner.variables())) {
     set(full.row_of_variable(i), inner.row_of_variable(i));
   }
-  for (Index j = inner.constraints().begin; j < inner.constraints().end; ++j) {
+  for (const Index j : indices(inner.constraints())) {
     set(full.row_of_constraint(j), inner.row_of_constraint(j));
   }
   return rows;

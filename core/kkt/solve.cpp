@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/kkt/system.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/timer.hpp"
@@ -111,7 +112,7 @@ void KktSystem::add_low_rank(KktBlock& block, std::span<double> solution) {
     low_rank_factors_.serial = full_factors_.serial;
     Eigen::MatrixXd& c = low_rank_factors_.columns;
     c.setZero(block.dimension(), columns);
-    for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+    for (const Index i : indices(block.variables())) {
       if (const Index row = block.row_of_variable(i); row >= 0)
         c.row(row) = low_rank.columns.row(i);
     }
@@ -180,7 +181,7 @@ void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const Ne
   for (const auto& run : block.constraint_runs()) {
     reduced.segment(run.row, run.size) = rhs.lambda.segment(run.first, run.size);
   }
-  for (Index j = constraints.begin; j < constraints.end; ++j) {
+  for (const Index j : indices(constraints)) {
     if (const Index slack = canonical_.slack_of(j); slack >= 0) {
       reduced[block.row_of_constraint(j)] += t[slack] / slack_curvature(block, shift, slack);
     }
@@ -198,7 +199,7 @@ void KktSystem::expand(KktBlock& block, const Regularization& shift, const Newto
     step.lambda.segment(run.first, run.size) = reduced_.segment(run.row, run.size);
   }
   const IndexRange variables = block.variables(), constraints = block.constraints();
-  for (Index j = constraints.begin; j < constraints.end; ++j) {
+  for (const Index j : indices(constraints)) {
     if (const Index slack = canonical_.slack_of(j); slack >= 0) {
       step.v[slack] = (eliminated_[slack] + step.lambda[j]) / slack_curvature(block, shift, slack);
     }
@@ -264,7 +265,7 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
              step.v[i];
   }
   residual.v.tail(variables.size()) -= dz.tail(variables.size());
-  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+  for (const Index j : indices(block.constraints())) {
     if (shifted) {
       const double delta =
           canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x;

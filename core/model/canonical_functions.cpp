@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
@@ -23,7 +24,7 @@ bool CanonicalProblem::take_new_point() { return std::exchange(new_point_, false
 bool CanonicalProblem::load(const Eigen::VectorXd& v) {
   Index bad = -1;
   const auto copy = [&](IndexRange range) {
-    for (Index i = range.begin; i < range.end; ++i) {
+    for (const Index i : indices(range)) {
       const double value = v[i] / variable_scale(i);
       if (!std::isfinite(value)) bad = i;
       double& target = model_v_[at(model_variable(i))];
@@ -178,7 +179,7 @@ EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation
   const double* given = model_jacobian_.data();
   const double* scale = jacobian_scale_.data();
   double* jacobian = evaluation.jacobian.data();
-  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
+  for (const auto k : indices(map_.jacobian)) {
     const double value = source[k] >= 0 ? given[source[k]] : 1.0;
     if (!(std::abs(value) <= kLargest)) {
       return not_finite(

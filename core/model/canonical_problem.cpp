@@ -1,6 +1,7 @@
 #include <utility>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
@@ -58,7 +59,7 @@ std::string CanonicalProblem::row_name(Index constraint) const {
 
 void CanonicalProblem::make_buffers() {
   model_v_.assign(structure_.variable_players.size(), 0.0);
-  for (std::size_t i = 0; i < model_v_.size(); ++i) {
+  for (const auto i : indices(model_v_)) {
     if (map_.variable_of_model[i] < 0) model_v_[i] = structure_.variable_lower[i];
   }
   model_g_.assign(structure_.constraint_players.size(), 0.0);
@@ -93,7 +94,7 @@ std::string CanonicalProblem::scale(const GradientScaling* kept) {
   }
 
   // Slacks are measured as their constraints.
-  for (std::size_t j = 0; j < map_.slack_of_constraint.size(); ++j) {
+  for (const auto j : indices(map_.slack_of_constraint)) {
     if (map_.slack_of_constraint[j] >= 0)
       col_scale_[at(map_.slack_of_constraint[j])] = row_scale_[j];
   }
@@ -117,7 +118,7 @@ void CanonicalProblem::begin_quasi_newton() {
       if (i >= 0 && !std::ranges::count(nonlinear, i)) nonlinear.push_back(i);
     }
   } else {
-    for (Index i = x().begin; i < x().end; ++i) nonlinear.push_back(i);
+    for (const Index i : indices(x())) nonlinear.push_back(i);
   }
   quasi_newton_.emplace(variables(), std::move(nonlinear));
 }
@@ -184,7 +185,7 @@ void CanonicalProblem::list_bounds() {
   std::erase_if(owners.own_entries, [&](std::size_t entry) {
     return owners.slack_of_variable[at(map_.jacobian[entry].col)] < 0;
   });
-  for (std::size_t i = 0; i < owners.is_served.size(); ++i) {
+  for (const auto i : indices(owners.is_served)) {
     owners.is_served[i] = owners.is_served[i] && !is_two_sided(static_cast<Index>(i));
   }
   damping_.setZero(n);

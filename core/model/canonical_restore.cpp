@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
@@ -86,7 +87,7 @@ void CanonicalProblem::restore_values(bool finite, Result& result) {
 std::optional<Index> CanonicalProblem::violated_constant_constraint() const {
   if (constraint_values_.empty()) return std::nullopt;
   const std::vector<bool>& varies = map_.varies;
-  for (std::size_t j = 0; j < varies.size(); ++j) {
+  for (const auto j : indices(varies)) {
     if (varies[j] || map_.constraint_of_model[j] < 0) continue;
     const double tolerance = options_.constr_viol_tol;
     if (structure_.constraint_lower[j] - constraint_values_[j] > tolerance ||
@@ -105,10 +106,10 @@ double CanonicalProblem::bound_violation(double value, double lower, double uppe
 double CanonicalProblem::violation(const Result& result) const {
   const ProblemStructure& s = structure_;
   double most = 0.0;
-  for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
+  for (const auto i : indices(s.variable_players)) {
     most = largest(most, bound_violation(result.v[i], s.variable_lower[i], s.variable_upper[i]));
   }
-  for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
+  for (const auto j : indices(s.constraint_players)) {
     most = largest(
         most, bound_violation(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]));
   }
@@ -119,7 +120,7 @@ Index CanonicalProblem::most_violated_constraint(const Result& result) const {
   const ProblemStructure& s = structure_;
   Index found = 0;
   double most = 0.0;
-  for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
+  for (const auto j : indices(s.constraint_players)) {
     const double violation =
         bound_violation(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]);
     if (!(violation > most)) continue;
@@ -141,11 +142,11 @@ void CanonicalProblem::restore_fixed_multipliers(Result& result) {
   if (!model_jacobian_.empty() &&
       !ask([&] { return problem_.jacobian(result.v, false, model_jacobian_); }))
     return;
-  for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+  for (const auto k : indices(structure_.jacobian)) {
     const auto [row, col] = structure_.jacobian[k];
     model_gradient_[at(col)] += model_jacobian_[k] * result.lambda[at(row)];
   }
-  for (std::size_t i = 0; i < map_.variable_of_model.size(); ++i) {
+  for (const auto i : indices(map_.variable_of_model)) {
     // Where the derivative does not exist there is no multiplier.
     if (map_.variable_of_model[i] >= 0 || !std::isfinite(model_gradient_[i])) continue;
     set_fixed_multiplier(static_cast<Index>(i), model_gradient_[i], result);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
@@ -32,7 +33,7 @@ std::string CanonicalProblem::user_scaling() {
     return "the model's scaling factors do not have one entry per variable and constraint";
   }
   objective_scale_ *= scaling.objective;
-  for (std::size_t i = 0; i < scaling.variables.size(); ++i) {
+  for (const auto i : indices(scaling.variables)) {
     if (!is_sane_scaling(scaling.variables[i])) {
       return error_of(variable_name(static_cast<Index>(i)), scaling.variables[i]);
     }
@@ -46,7 +47,7 @@ std::string CanonicalProblem::user_scaling() {
     if (map_.variable_of_model[i] >= 0)
       col_scale_[at(map_.variable_of_model[i])] = scaling.variables[i];
   }
-  for (std::size_t j = 0; j < scaling.constraints.size(); ++j) {
+  for (const auto j : indices(scaling.constraints)) {
     if (!is_sane_scaling(scaling.constraints[j])) {
       return error_of(constraint_name(static_cast<Index>(j)), scaling.constraints[j]);
     }
@@ -58,7 +59,7 @@ std::string CanonicalProblem::user_scaling() {
 }
 
 void CanonicalProblem::scale_variables() {
-  for (std::size_t i = 0; i < structure_.variable_units.size(); ++i) {
+  for (const auto i : indices(structure_.variable_units)) {
     const Index variable = map_.variable_of_model[i];
     if (variable >= 0) col_scale_[at(variable)] = 1.0 / structure_.variable_units[i];
   }
@@ -66,7 +67,7 @@ void CanonicalProblem::scale_variables() {
 
 void CanonicalProblem::scale_entries() {
   jacobian_scale_.resize(map_.jacobian.size());
-  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
+  for (const auto k : indices(map_.jacobian)) {
     jacobian_scale_[k] =
         constraint_scale(map_.jacobian[k].row) / variable_scale(map_.jacobian[k].col);
   }
@@ -78,7 +79,7 @@ void CanonicalProblem::scale_entries() {
   hessian_scale_.clear();
   if (!variables_scaled) return;
   hessian_scale_.resize(map_.hessian.size());
-  for (std::size_t k = 0; k < map_.hessian.size(); ++k) {
+  for (const auto k : indices(map_.hessian)) {
     hessian_scale_[k] =
         1.0 / (variable_scale(map_.hessian[k].row) * variable_scale(map_.hessian[k].col));
   }
@@ -128,7 +129,7 @@ std::string CanonicalProblem::scale_gradients() {
                   "the Jacobian of the constraints is undefined at the starting point");
     }
   }
-  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
+  for (const auto k : indices(map_.jacobian)) {
     const double value = model_jacobian(k);
     if (!std::isfinite(value)) {
       return fail(Status::InvalidNumber, "the Jacobian of " + row_name(map_.jacobian[k].row) +

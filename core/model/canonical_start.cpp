@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
@@ -16,7 +17,7 @@ namespace {
 
 /// First entry that is NaN or infinite, -1 when there is none.
 Index first_not_finite(std::span<const double> values) {
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  for (const auto i : indices(values)) {
     if (!std::isfinite(values[i])) return static_cast<Index>(i);
   }
   return -1;

@@ -2,11 +2,13 @@
 
 #include <cmath>
 
+#include "core/model/indices.hpp"
+
 namespace ipminmax {
 
 void add_hessian_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
                          const Eigen::VectorXd& d, Eigen::VectorXd& product) {
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+  for (const auto k : indices(evaluation.hessian)) {
     const auto [i, j] = canonical.hessian()[k];
     product[i] += evaluation.hessian[k] * d[j];
     if (i != j) product[j] += evaluation.hessian[k] * d[i];
@@ -16,7 +18,7 @@ void add_hessian_product(const CanonicalProblem& canonical, const Evaluation& ev
 double curvature_along(const CanonicalProblem& canonical, const Evaluation& evaluation,
                        const Eigen::VectorXd& d) {
   double sum = 0.0;
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+  for (const auto k : indices(evaluation.hessian)) {
     const auto [i, j] = canonical.hessian()[k];
     sum += (i == j ? 1.0 : 2.0) * evaluation.hessian[k] * d[i] * d[j];
   }
@@ -25,7 +27,7 @@ double curvature_along(const CanonicalProblem& canonical, const Evaluation& eval
 
 void add_transposed_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
                             const Eigen::VectorXd& lambda, Eigen::VectorXd& product) {
-  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+  for (const auto k : indices(evaluation.jacobian)) {
     const auto [row, col] = canonical.jacobian()[k];
     product[col] += evaluation.jacobian[k] * lambda[row];
   }
@@ -33,7 +35,7 @@ void add_transposed_product(const CanonicalProblem& canonical, const Evaluation&
 
 void add_constraint_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
                             const Eigen::VectorXd& d, Eigen::VectorXd& product) {
-  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+  for (const auto k : indices(evaluation.jacobian)) {
     const auto [row, col] = canonical.jacobian()[k];
     product[row] += evaluation.jacobian[k] * d[col];
   }
@@ -44,7 +46,7 @@ void add_constraint_product(const CanonicalProblem& canonical, const Evaluation&
 
 void add_row_sums(const CanonicalProblem& canonical, const std::vector<double>& change,
                   const Eigen::VectorXd& d, Eigen::VectorXd& sums) {
-  for (std::size_t k = 0; k < change.size(); ++k) {
+  for (const auto k : indices(change)) {
     const auto [i, j] = canonical.hessian()[k];
     const double entry = d[i] * d[j] * std::abs(change[k]);
     sums[i] += entry;

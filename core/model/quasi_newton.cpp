@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/quasi_newton.hpp"
 #include "linalg/numbers.hpp"
 
@@ -41,7 +42,7 @@ std::shared_ptr<const LowRankHessian> QuasiNewton::update(const CanonicalProblem
 QuasiNewton::Pair QuasiNewton::change(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                                       const Eigen::VectorXd& lambda, const Evaluation& here) const {
   Eigen::VectorXd gradient = here.gradient - gradient_;
-  for (std::size_t k = 0; k < jacobian_.size(); ++k) {
+  for (const auto k : indices(jacobian_)) {
     const auto [row, col] = canonical.jacobian()[k];
     gradient[col] += (here.jacobian[k] - jacobian_[k]) * lambda[row];
   }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -20,7 +21,7 @@ ProblemStructure with_bounds_of_rows(Problem& model, std::vector<double> v, Coun
   for (double& value : moved) value += std::max(1.0, std::abs(value));
   ++counts.jacobian;
   if (!model.jacobian(moved, true, elsewhere)) return s;
-  for (std::size_t k = 0; k < slope.size(); ++k) {
+  for (const auto k : indices(slope)) {
     const std::size_t j = at(s.jacobian[k].row), i = at(s.jacobian[k].col);
     if (entries[j] != 1 || slope[k] == 0.0 || slope[k] != elsewhere[k]) continue;
     double lower = v[i] + (s.constraint_lower[j] - g[j]) / slope[k];

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -46,7 +47,7 @@ std::string check_robust(const ProblemStructure& s, const SolverOptions& options
 /// constraints: the rows are constraints, else variables.
 std::string check_range(std::string_view matrix, const std::vector<Triplet>& entries, Index rows,
                         bool constraints, Index cols) {
-  for (std::size_t k = 0; k < entries.size(); ++k) {
+  for (const auto k : indices(entries)) {
     const auto [row, col] = entries[k];
     if (row >= 0 && row < rows && col >= 0 && col < cols) continue;
     std::ostringstream text;
@@ -154,7 +155,7 @@ std::vector<std::uint8_t> kinds(const std::vector<Player>& players,
                                 const std::vector<double>& lower, const std::vector<double>& upper,
                                 const SolverOptions& options) {
   std::vector<std::uint8_t> result(players.size());
-  for (std::size_t i = 0; i < players.size(); ++i) {
+  for (const auto i : indices(players)) {
     result[i] = kind_of(players[i], lower[i], upper[i], options);
   }
   return result;
@@ -164,7 +165,7 @@ bool are_kinds(const std::vector<std::uint8_t>& kinds, const std::vector<Player>
                const std::vector<double>& lower, const std::vector<double>& upper,
                const SolverOptions& options) {
   if (kinds.size() != players.size()) return false;
-  for (std::size_t i = 0; i < players.size(); ++i) {
+  for (const auto i : indices(players)) {
     if (kinds[i] != kind_of(players[i], lower[i], upper[i], options)) return false;
   }
   return true;

@@ -4,6 +4,7 @@
 #include <sstream>
 #include <utility>
 
+#include "core/model/indices.hpp"
 #include "core/model/variable_map.hpp"
 #include "linalg/numbers.hpp"
 
@@ -39,7 +40,7 @@ std::string VariableMap::index_variables(const ProblemStructure& s, const Solver
     return takes_out && has_equal_bounds(s, static_cast<Index>(i));
   };
   std::array<Index, 2> free{}, equalities{}, inequalities{};
-  for (std::size_t i = 0; i < players.size(); ++i) {
+  for (const auto i : indices(players)) {
     const bool max = players[i] == Player::Max;
     if (!is_fixed(i)) ++free[max];
     if (is_fixed_by_constraint(s, options, static_cast<Index>(i))) ++equalities[max];
@@ -50,7 +51,7 @@ std::string VariableMap::index_variables(const ProblemStructure& s, const Solver
   for (const Triplet& entry : s.jacobian) {
     if (!is_fixed(at(entry.col))) varies[at(entry.row)] = true;
   }
-  for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
+  for (const auto j : indices(s.constraint_players)) {
     const bool max = s.constraint_players[j] == Player::Max;
     if (s.constraint_lower[j] == s.constraint_upper[j]) {
       ++equalities[max];
@@ -79,7 +80,7 @@ std::string VariableMap::index_variables(const ProblemStructure& s, const Solver
 
   model_variable.assign(at(variables()), -1);
   std::array<Index, 2> next{x.begin, y.begin};
-  for (std::size_t i = 0; i < players.size(); ++i) {
+  for (const auto i : indices(players)) {
     if (is_fixed(i)) continue;
     const Index canonical = next[players[i] == Player::Max]++;
     variable_of_model[i] = canonical;
@@ -123,7 +124,7 @@ void VariableMap::map_entries(const ProblemStructure& s) {
   jacobian_source.reserve(s.jacobian.size());
   hessian.reserve(s.hessian.size());
   hessian_source.reserve(s.hessian.size());
-  for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
+  for (const auto k : indices(s.jacobian)) {
     const Index row = constraint_of_model[at(s.jacobian[k].row)];
     const Index col = variable_of_model[at(s.jacobian[k].col)];
     if (row < 0 || col < 0) continue;
@@ -135,7 +136,7 @@ void VariableMap::map_entries(const ProblemStructure& s) {
     jacobian.push_back({j, fixing_variable[at(j)]});
     jacobian_source.push_back(-1);
   }
-  for (std::size_t k = 0; k < s.hessian.size(); ++k) {
+  for (const auto k : indices(s.hessian)) {
     const Index row = variable_of_model[at(s.hessian[k].row)];
     const Index col = variable_of_model[at(s.hessian[k].col)];
     if (row < 0 || col < 0) continue;
@@ -161,7 +162,7 @@ void VariableMap::list_owners(const ProblemStructure& s) {
   if (s.served_constraint.empty()) return;
   owners.slack_of_variable.assign(at(variables()), -1);
   owners.slack_of_constraint.assign(at(constraints()), -1);
-  for (Index i = y.begin; i < y.end; ++i) {
+  for (const Index i : indices(y)) {
     const Index served = s.served_constraint[at(model_variable[at(i)])];
     if (served < 0 || constraint_of_model[at(served)] < 0) continue;
     owners.slack_of_variable[at(i)] = slack_of_constraint[at(constraint_of_model[at(served)])];
@@ -177,12 +178,12 @@ void VariableMap::list_owners(const ProblemStructure& s) {
     if (slack >= 0) owners.is_served[at(slack)] = true;
   }
   owners.constraint_of_slack.assign(at(variables()), -1);
-  for (Index j = min_constraints.begin; j < min_constraints.end; ++j) {
+  for (const Index j : indices(min_constraints)) {
     if (slack_of_constraint[at(j)] >= 0)
       owners.constraint_of_slack[at(slack_of_constraint[at(j)])] = j;
   }
   std::map<std::pair<Index, Index>, std::size_t> entry_of;  // of robust constraints: slack, column
-  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+  for (const auto k : indices(jacobian)) {
     const auto [row, col] = jacobian[k];
     if (!min_constraints.contains(row) || slack_of_constraint[at(row)] < 0) continue;
     if (owner(col) == slack_of_constraint[at(row)]) {
@@ -191,7 +192,7 @@ void VariableMap::list_owners(const ProblemStructure& s) {
       entry_of.try_emplace({slack_of_constraint[at(row)], col}, k);
     }
   }
-  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+  for (const auto k : indices(jacobian)) {
     const auto [row, col] = jacobian[k];
     const Index slack = owners.slack_of_constraint[at(row)];
     if (slack < 0) continue;

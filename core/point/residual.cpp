@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 
@@ -38,7 +39,7 @@ void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                    const Evaluation& evaluation, Eigen::VectorXd& residual) {
   residual = evaluation.gradient;
   const auto jacobian = canonical.jacobian();
-  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+  for (const auto k : indices(jacobian)) {
     residual[jacobian[k].col] += evaluation.jacobian[k] * iterate.lambda[jacobian[k].row];
   }
   for (Index j = 0; j < canonical.constraints(); ++j) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/indices.hpp"
 #include "core/point/step_length.hpp"
 #include "linalg/numbers.hpp"
 
@@ -81,7 +82,7 @@ void advance_multipliers(const CanonicalProblem& canonical, const Step& step, St
     iterate.z_upper[i] = (iterate.z_upper[i] + alpha.dual * step.z_upper[i]) * factor;
   }
   // Its slack's stationarity, which rounding in lambda_r would spoil for copies of small weight.
-  for (Index i = canonical.x_slacks().begin; i < canonical.x_slacks().end; ++i) {
+  for (const Index i : indices(canonical.x_slacks())) {
     if (!canonical.owners().is_served[static_cast<std::size_t>(i)]) continue;
     iterate.lambda[canonical.constraint_of_slack(i)] = CanonicalProblem::signed_weight(i, iterate);
   }

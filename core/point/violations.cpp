@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/model/indices.hpp"
 #include "core/violations.hpp"
 
 namespace ipminmax {
@@ -19,7 +20,7 @@ bool add_gradients(Problem& problem, const Result& point, std::vector<double>& s
   if (!problem.gradient(point.v, true, sum)) return false;
   std::vector<double> jacobian(s.jacobian.size());
   if (!s.constraint_players.empty() && !problem.jacobian(point.v, false, jacobian)) return false;
-  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+  for (const auto k : indices(jacobian)) {
     const auto [row, col] = s.jacobian[k];
     sum[static_cast<std::size_t>(col)] += jacobian[k] * point.lambda[static_cast<std::size_t>(row)];
   }
@@ -28,7 +29,7 @@ bool add_gradients(Problem& problem, const Result& point, std::vector<double>& s
 
 void add_variables(const ProblemStructure& s, const Result& point, const Bounds& bounds,
                    Violations& found) {
-  for (std::size_t i = 0; i < point.v.size(); ++i) {
+  for (const auto i : indices(point.v)) {
     const double x = point.v[i], lower = s.variable_lower[i], upper = s.variable_upper[i];
     found.lagrangian_gradient[i] += point.z_upper[i] - point.z_lower[i];
     const bool below = bounds.has_lower(lower), above = bounds.has_upper(upper);
@@ -43,7 +44,7 @@ void add_variables(const ProblemStructure& s, const Result& point, const Bounds&
 /// sense: the sign of the factor of the multipliers.
 void add_constraints(const ProblemStructure& s, const Result& point, const Bounds& bounds,
                      double sense, Violations& found) {
-  for (std::size_t j = 0; j < point.constraints.size(); ++j) {
+  for (const auto j : indices(point.constraints)) {
     const double g = point.constraints[j], lambda = point.lambda[j];
     const double lower = s.constraint_lower[j], upper = s.constraint_upper[j];
     const bool below = bounds.has_lower(lower), above = bounds.has_upper(upper);
@@ -60,7 +61,7 @@ void add_constraints(const ProblemStructure& s, const Result& point, const Bound
 
 void scale(const UserScaling& factors, Violations& found) {
   const double f = factors.objective;
-  for (std::size_t i = 0; i < factors.variables.size(); ++i) {
+  for (const auto i : indices(factors.variables)) {
     const double x = factors.variables[i];
     found.lower_bound[i] *= x;
     found.upper_bound[i] *= x;
@@ -68,7 +69,7 @@ void scale(const UserScaling& factors, Violations& found) {
     found.upper_complementarity[i] *= f;
     found.lagrangian_gradient[i] *= f / x;
   }
-  for (std::size_t j = 0; j < factors.constraints.size(); ++j) {
+  for (const auto j : indices(factors.constraints)) {
     found.constraint[j] *= factors.constraints[j];
     found.constraint_complementarity[j] *= f;
   }
@@ -78,7 +79,7 @@ void scale(const UserScaling& factors, Violations& found) {
 
 void scale(const ProblemStructure& structure, const UserScaling& factors, Result& point) {
   const double f = factors.objective;
-  for (std::size_t i = 0; i < point.v.size(); ++i) {
+  for (const auto i : indices(point.v)) {
     const double x = factors.variables[i];
     point.v[i] *= x;
     // Of the multipliers of a fixed variable the one with the owner's sign is not zero.
@@ -87,7 +88,7 @@ void scale(const ProblemStructure& structure, const UserScaling& factors, Result
     point.z_lower[i] *= (fixed ? std::abs(f) : f) / x;
     point.z_upper[i] *= (fixed ? std::abs(f) : f) / x;
   }
-  for (std::size_t j = 0; j < point.lambda.size(); ++j) {
+  for (const auto j : indices(point.lambda)) {
     point.constraints[j] *= factors.constraints[j];
     point.lambda[j] *= f / factors.constraints[j];
   }

@@ -12,6 +12,7 @@
 
 #include <Eigen/Dense>
 
+#include "core/model/indices.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
@@ -45,7 +46,7 @@ Box center_of(const Box& box) {
 Interval enclosure(const IntervalJet& over, const IntervalJet& at, const Box& box,
                    const Box& center) {
   Interval mean = at.value(), second = at.value();
-  for (std::size_t i = 0; i < box.size(); ++i) {
+  for (const auto i : indices(box)) {
     if (box[i].lower() == box[i].upper()) continue;
     const Interval d = box[i] - center[i];
     mean += over.gradient(i) * d;
@@ -70,13 +71,13 @@ class Multipliers {
     FunctionOfBoxes::Look here;
     function.look(point, here);
     std::vector<std::size_t> between, active;
-    for (std::size_t i = 0; i < y.size(); ++i) {
+    for (const auto i : indices(y)) {
       const double margin = parameters::kHardly * (domain[i].upper() - domain[i].lower());
       if (y[i] > domain[i].lower() + margin && y[i] < domain[i].upper() - margin) {
         between.push_back(i);
       }
     }
-    for (std::size_t k = 0; k < lambda_.size(); ++k) {
+    for (const auto k : indices(lambda_)) {
       if (side(function.rows()[k], ranges[k], here.rows[k].value().middle()) != 0) {
         active.push_back(k);
       }
@@ -88,7 +89,7 @@ class Multipliers {
       for (Eigen::Index i = 0; i < n; ++i) {
         const std::size_t variable = between[static_cast<std::size_t>(i)];
         f[i] = here.value.gradient(variable).middle();
-        for (std::size_t k = 0; k < active.size(); ++k) {
+        for (const auto k : indices(active)) {
           a(i, static_cast<Eigen::Index>(k)) = here.rows[active[k]].gradient(variable).middle();
         }
       }
@@ -96,7 +97,7 @@ class Multipliers {
       const Eigen::VectorXd solution = a.completeOrthogonalDecomposition().solve(f);
       std::size_t wrong = active.size();
       double worst = 0.0;
-      for (std::size_t k = 0; k < active.size(); ++k) {
+      for (const auto k : indices(active)) {
         const auto& row = function.rows()[active[k]];
         if (row.lower == row.upper) continue;
         const double out = solution[static_cast<Eigen::Index>(k)] *
@@ -110,7 +111,7 @@ class Multipliers {
         active.erase(active.begin() + static_cast<std::ptrdiff_t>(wrong));
         continue;
       }
-      for (std::size_t k = 0; k < active.size(); ++k) {
+      for (const auto k : indices(active)) {
         lambda_[active[k]] = solution[static_cast<Eigen::Index>(k)];
       }
       return;
@@ -122,7 +123,7 @@ class Multipliers {
   [[nodiscard]] IntervalJet lagrangian(const FunctionOfBoxes& function,
                                        const FunctionOfBoxes::Look& look) const {
     IntervalJet l = look.value;
-    for (std::size_t k = 0; k < lambda_.size(); ++k) {
+    for (const auto k : indices(lambda_)) {
       const double bound = lambda_[k] > 0.0 ? function.rows()[k].upper : function.rows()[k].lower;
       if (lambda_[k] == 0.0 || !std::isfinite(bound)) continue;
       l += IntervalJet(lambda_[k]) * (IntervalJet(bound) - look.rows[k]);
@@ -186,7 +187,7 @@ class Examiner {
         if (holds(box, point.y)) inside.push_back(&point);
       }
       bool feasible = true, defined = true;
-      for (std::size_t k = 0; k < function_.rows().size(); ++k) {
+      for (const auto k : indices(function_.rows())) {
         const Interval g = enclosure(over_.rows[k], at_.rows[k], box, center);
         const FunctionOfBoxes::Row& row = function_.rows()[k];
         for (const auto* point : inside) agree(row.constraint, g, point->rows[k]);
@@ -237,7 +238,7 @@ class Examiner {
 
   /// A point where all constraints hold for certain, if it has more than that.
   void see(const Box& center, double highest, BestSeen& best) const {
-    for (std::size_t k = 0; k < function_.rows().size(); ++k) {
+    for (const auto k : indices(function_.rows())) {
       const Interval& g = at_.rows[k].value();
       if (g.lower() < function_.rows()[k].lower || g.upper() > function_.rows()[k].upper) return;
     }
@@ -252,7 +253,7 @@ class Examiner {
   /// its domain's ends is zero and the curvature not positive, if one can go on either way: over a
   /// face the neighbour decides, which is either kept or such a box, too.
   std::optional<bool> leave_what_is_no_maximum(Box& box, const Box& domain) const {
-    for (std::size_t i = 0; i < box.size(); ++i) {
+    for (const auto i : indices(box)) {
       if (box[i].lower() == box[i].upper()) continue;
       const Interval& slope = over_.value.gradient(i);
       const bool at_lower = box[i].lower() == domain[i].lower();
@@ -284,7 +285,7 @@ class Examiner {
       return (box[i].upper() - box[i].lower()) /
              (known.domain[i].upper() - known.domain[i].lower());
     };
-    for (std::size_t i = 0; i < box.size(); ++i) {
+    for (const auto i : indices(box)) {
       const double middle = box[i].middle();
       if (!(box[i].lower() < middle && middle < box[i].upper())) continue;
       const double width = box[i].upper() - box[i].lower();
@@ -418,7 +419,7 @@ FunctionOfBoxes::FunctionOfBoxes(const BoxFunctions& functions, std::span<const 
       g_(constraints) {}
 
 void FunctionOfBoxes::look(std::span<const Interval> y, Look& look) {
-  for (std::size_t k = 0; k < variables_.size(); ++k) {
+  for (const auto k : indices(variables_)) {
     v_[at(variables_[k])] = {y[k], k, variables_.size()};
   }
   look.rows.clear();
@@ -431,7 +432,7 @@ void FunctionOfBoxes::look(std::span<const Interval> y, Look& look) {
 }
 
 Interval FunctionOfBoxes::value_over(std::span<const Interval> y) {
-  for (std::size_t k = 0; k < variables_.size(); ++k) {
+  for (const auto k : indices(variables_)) {
     v_[at(variables_[k])] = IntervalJet(y[k]);
   }
   return functions_.objective_over(v_).value();

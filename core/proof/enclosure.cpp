@@ -10,6 +10,7 @@
 
 #include <Eigen/Dense>
 
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
@@ -37,7 +38,7 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
     return std::pair(lower <= options.nlp_lower_bound_inf ? -kInfinity : lower,
                      upper >= options.nlp_upper_bound_inf ? kInfinity : upper);
   };
-  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+  for (const auto i : indices(s.variable_lower)) {
     const auto [lower, upper] = bounds(s.variable_lower[i], s.variable_upper[i]);
     if (lower == upper || follows[i]) continue;
     scope.variables.push_back(static_cast<Index>(i));
@@ -49,7 +50,7 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
     scope.uncut = "Max has " + std::to_string(scope.variables.size()) + " free variables, " +
                   std::to_string(IntervalJet::kMostDirections) + " at most can be cut into boxes";
   }
-  for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
+  for (const auto j : indices(s.constraint_lower)) {
     const auto [lower, upper] = bounds(s.constraint_lower[j], s.constraint_upper[j]);
     if ((lower == -kInfinity && upper == kInfinity) || defines[j]) continue;
     scope.rows.push_back({static_cast<Index>(j), lower, upper});
@@ -72,7 +73,7 @@ bool meet_rows(FunctionOfBoxes& function, const std::vector<Interval>& domain,
   for (int step = 0;; ++step) {
     function.look(std::vector<Interval>(y.begin(), y.end()), look);
     std::vector<std::size_t> missed;
-    for (std::size_t k = 0; k < look.rows.size(); ++k) {
+    for (const auto k : indices(look.rows)) {
       if (!function.rows()[k].is_met(look.rows[k].value())) missed.push_back(k);
     }
     if (missed.empty() || step == kStepsToRows) return missed.empty();
@@ -91,7 +92,7 @@ bool meet_rows(FunctionOfBoxes& function, const std::vector<Interval>& domain,
     }
     if (!slopes.allFinite() || !distance.allFinite()) return false;
     const Eigen::VectorXd move = slopes.completeOrthogonalDecomposition().solve(distance);
-    for (std::size_t i = 0; i < y.size(); ++i) {
+    for (const auto i : indices(y)) {
       const double width = domain[i].upper() - domain[i].lower();
       y[i] = std::clamp(y[i] + width * move[static_cast<Eigen::Index>(i)], domain[i].lower(),
                         domain[i].upper());
@@ -112,14 +113,14 @@ class Sampling {
   /// seen: n values, or none.
   void run(const std::vector<double>& seen) {
     std::vector<double> y;
-    for (std::size_t k = 0; k < scope_.variables.size(); ++k) {
+    for (const auto k : indices(scope_.variables)) {
       const double at_seen = seen.empty() ? 0.0 : seen[at(scope_.variables[k])];
       y.push_back(std::clamp(at_seen, scope_.domain[k].lower(), scope_.domain[k].upper()));
     }
     if (!seen.empty()) add(y);
     std::mt19937_64 generator(1);
     for (int point = 0; point < kKnownPoints; ++point) {
-      for (std::size_t k = 0; k < y.size(); ++k) {
+      for (const auto k : indices(y)) {
         const auto [lower, upper] = std::pair(scope_.domain[k].lower(), scope_.domain[k].upper());
         const double share = uniform(generator);
         if (std::isfinite(lower) && std::isfinite(upper)) y[k] = lower + share * (upper - lower);
@@ -142,14 +143,14 @@ class Sampling {
       look.value = IntervalJet(function_.value_over(std::vector<Interval>(y.begin(), y.end())));
     }
     std::vector<double> v = scope_.v, g(inner_.structure().constraint_lower.size());
-    for (std::size_t k = 0; k < point.y.size(); ++k) v[at(scope_.variables[k])] = point.y[k];
+    for (const auto k : indices(point.y)) v[at(scope_.variables[k])] = point.y[k];
     functions_.determine(v);
     double f = 0.0;
     if (!inner_.objective(v, true, f) || !std::isfinite(f)) return;
     if (!look.rows.empty() && (!inner_.constraints(v, false, g) || !all_finite(g))) return;
     point.value = with_rounding(f, look.value.value());
     agree(-1, look.value.value(), point.value);
-    for (std::size_t k = 0; k < look.rows.size(); ++k) {
+    for (const auto k : indices(look.rows)) {
       point.rows.push_back(with_rounding(g[at(scope_.rows[k].constraint)], look.rows[k].value()));
       agree(scope_.rows[k].constraint, look.rows[k].value(), point.rows.back());
       see(point.rows.back(), values.rows[k]);
@@ -285,7 +286,7 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
   if (!best.y.empty()) {
     proof.seen = best.value;
     proof.v = scope.v;
-    for (std::size_t k = 0; k < best.y.size(); ++k) proof.v[at(scope.variables[k])] = best.y[k];
+    for (const auto k : indices(best.y)) proof.v[at(scope.variables[k])] = best.y[k];
     functions->determine(proof.v);
   }
   conclude(proof);

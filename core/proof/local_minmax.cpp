@@ -13,6 +13,7 @@
 
 #include "core/formulas/interval.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
@@ -82,7 +83,7 @@ class Equations {
   [[nodiscard]] Values look(const std::vector<Interval>& w) {
     constexpr std::size_t kBlock = IntervalJet::kMostDirections / 2;
     std::vector<std::pair<std::size_t, Interval>> moving;
-    for (std::size_t i = 0; i < free.size(); ++i) moving.emplace_back(free[i], w[i]);
+    for (const auto i : indices(free)) moving.emplace_back(free[i], w[i]);
     // Next to the bound, too: at a kink in a corner derivatives at the point alone are no one's.
     for (const Active& bound : held) {
       moving.emplace_back(bound.index, Interval(std::min(bound.bound, bound.next),
@@ -105,7 +106,7 @@ class Equations {
         look_along(along, moving, w, values);
       }
     }
-    for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (const auto k : indices(rows)) {
       values.f.set(free.size() + k, 0, values.g[rows[k].index] - rows[k].bound);
     }
     return values;
@@ -115,16 +116,16 @@ class Equations {
   void look_along(const std::vector<std::size_t>& along,
                   const std::vector<std::pair<std::size_t, Interval>>& moving,
                   const std::vector<Interval>& w, Values& values) {
-    for (std::size_t d = 0; d < along.size(); ++d) {
+    for (const auto d : indices(along)) {
       const auto& [variable, value] = moving[along[d]];
       v_[variable] = {value, d, along.size()};
     }
     IntervalJet lagrangian = IntervalJet(sigma_) * functions_.objective_over(v_);
     if (!g_.empty()) functions_.constraints_over(v_, g_);
-    for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (const auto k : indices(rows)) {
       lagrangian += IntervalJet(w[free.size() + k]) * g_[rows[k].index];
     }
-    for (std::size_t d = 0; d < along.size(); ++d) {
+    for (const auto d : indices(along)) {
       const std::size_t i = along[d];
       v_[moving[i].first] = IntervalJet(moving[i].second);
       if (i >= free.size()) {
@@ -137,13 +138,13 @@ class Equations {
         values.k.set(i, along[e], lagrangian.hessian(d, e));
         values.k.set(along[e], i, lagrangian.hessian(d, e));
       }
-      for (std::size_t k = 0; k < rows.size(); ++k) {
+      for (const auto k : indices(rows)) {
         const Interval& slope = g_[rows[k].index].gradient(d);
         values.k.set(i, free.size() + k, slope);
         values.k.set(free.size() + k, i, slope);
       }
     }
-    for (std::size_t j = 0; j < g_.size(); ++j) values.g[j] = g_[j].value();
+    for (const auto j : indices(g_)) values.g[j] = g_[j].value();
   }
 
   const BoxFunctions& functions_;
@@ -287,10 +288,10 @@ class LocalProof {
     };
     equations_.free.clear();
     equations_.rows.clear();
-    for (std::size_t i = 0; i < moving.size(); ++i) choose_bound(moving[i], curvature(i));
-    for (std::size_t r = 0; r < every_row.size(); ++r) {
+    for (const auto i : indices(moving)) choose_bound(moving[i], curvature(i));
+    for (const auto r : indices(every_row)) {
       double most = 0.0, slope = 0.0;
-      for (std::size_t i = 0; i < moving.size(); ++i) {
+      for (const auto i : indices(moving)) {
         most = std::max(most, curvature(i));
         slope = std::max(slope, std::abs(k(of(moving.size() + r), of(i))));
       }
@@ -346,7 +347,7 @@ class LocalProof {
       const double size = here.f.middle.col(0).cwiseAbs().dot(d.cwiseAbs());  // of L
       if (!(size < last)) break;
       last = size;
-      for (std::size_t i = 0; i < w.size(); ++i) w[i] = w[i].middle() - d[of(i)];
+      for (const auto i : indices(w)) w[i] = w[i].middle() - d[of(i)];
     }
     std::vector<double> end;
     for (const Interval& value : w) end.push_back(value.middle());
@@ -356,7 +357,7 @@ class LocalProof {
   static std::vector<Interval> around(const std::vector<double>& w, const MatrixXd& q, double tau) {
     const VectorXd reach = q.cwiseAbs().rowwise().sum();
     std::vector<Interval> ball;
-    for (std::size_t i = 0; i < w.size(); ++i) {
+    for (const auto i : indices(w)) {
       // Rounding of the sum: at most a part of rows times epsilon.
       const double radius = reach[of(i)] * (1.0 + static_cast<double>(w.size()) * kEpsilon);
       ball.push_back(Interval(w[i]) + Interval(-tau, tau) * Interval(radius));
@@ -368,14 +369,14 @@ class LocalProof {
   void check_inertias(const Congruence& full, const Equations::Values& over) const {
     std::vector<std::size_t> inner;
     std::size_t min_variables = 0, max_rows = 0;
-    for (std::size_t i = 0; i < equations_.free.size(); ++i) {
+    for (const auto i : indices(equations_.free)) {
       if (is_max(s_.variable_players[equations_.free[i]])) {
         inner.push_back(i);
       } else {
         ++min_variables;
       }
     }
-    for (std::size_t r = 0; r < equations_.rows.size(); ++r) {
+    for (const auto r : indices(equations_.rows)) {
       if (!is_max(s_.constraint_players[equations_.rows[r].index])) continue;
       inner.push_back(equations_.free.size() + r);
       ++max_rows;
@@ -383,8 +384,8 @@ class LocalProof {
     if (!full.has_positive(min_variables + max_rows)) fail("the inertia of K is another one");
     if (inner.empty()) return;
     Enclosure k(inner.size(), inner.size());
-    for (std::size_t a = 0; a < inner.size(); ++a) {
-      for (std::size_t b = 0; b < inner.size(); ++b) {
+    for (const auto a : indices(inner)) {
+      for (const auto b : indices(inner)) {
         k.middle(of(a), of(b)) = over.k.middle(of(inner[a]), of(inner[b]));
         k.radius(of(a), of(b)) = over.k.radius(of(inner[a]), of(inner[b]));
       }
@@ -414,14 +415,14 @@ class LocalProof {
     const auto has_sign = [](const Interval& value, double sign) {
       return sign == 0.0 || (sign > 0.0 ? value.lower() > 0.0 : value.upper() < 0.0);
     };
-    for (std::size_t k = 0; k < equations_.free.size(); ++k) {
+    for (const auto k : indices(equations_.free)) {
       const std::size_t i = equations_.free[k];
       go_far(i, ball[k]);
       if (!inside(ball[k], lower(s_.variable_lower[i]), upper(s_.variable_upper[i]))) {
         fail("a bound of " + variable_name(s_, static_cast<Index>(i)) + " may be weakly active");
       }
     }
-    for (std::size_t k = 0; k < equations_.held.size(); ++k) {
+    for (const auto k : indices(equations_.held)) {
       const auto& [i, bound, sign, next] = equations_.held[k];
       go_far(i, bound);
       if (!has_sign(over.slopes[k], sign)) {
@@ -429,7 +430,7 @@ class LocalProof {
       }
     }
     std::vector<bool> active(over.g.size());
-    for (std::size_t k = 0; k < equations_.rows.size(); ++k) {
+    for (const auto k : indices(equations_.rows)) {
       const auto& [j, bound, sign, next] = equations_.rows[k];
       active[j] = true;
       if (!has_sign(ball[equations_.free.size() + k], sign)) {
@@ -437,7 +438,7 @@ class LocalProof {
       }
     }
     for (const Index j : determined_.constraints) active[at(j)] = true;
-    for (std::size_t j = 0; j < active.size(); ++j) {
+    for (const auto j : indices(active)) {
       if (active[j] ||
           inside(over.g[j], lower(s_.constraint_lower[j]), upper(s_.constraint_upper[j]))) {
         continue;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/parameters.hpp"
 #include "core/search/first_order_test.hpp"
 
@@ -32,12 +33,12 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
   terms_ = e.gradient.cwiseAbs().cwiseMax(z.z_lower.cwiseAbs()).cwiseMax(z.z_upper.cwiseAbs());
   const auto add = [&](Index i, double term) { terms_[i] = std::max(terms_[i], std::abs(term)); };
   const auto jacobian = canonical_.jacobian();
-  for (std::size_t k = 0; k < jacobian.size(); ++k)
+  for (const auto k : indices(jacobian))
     add(jacobian[k].col, e.jacobian[k] * z.lambda[jacobian[k].row]);
   // The rounding of v changes the gradient, too.
   by_rounding_.setZero(terms_.size());
   const auto hessian = canonical_.hessian();
-  for (std::size_t k = 0; k < e.hessian.size(); ++k) {
+  for (const auto k : indices(e.hessian)) {
     const auto [row, col] = hessian[k];
     by_rounding_[row] += std::abs(e.hessian[k] * z.v[col]);
     if (row != col) by_rounding_[col] += std::abs(e.hessian[k] * z.v[row]);

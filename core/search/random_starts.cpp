@@ -6,6 +6,7 @@
 #include <random>
 
 #include "core/method/parameters.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
@@ -29,7 +30,7 @@ std::vector<double> random_start(const ProblemStructure& structure,
   const double radius =
       options.minmax_start_radius * kScales[static_cast<std::size_t>(start - 1) % kScales.size()];
   std::vector<double> v(center.size());
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  for (const auto i : indices(v)) {
     const bool has_lower = structure.variable_lower[i] > options.nlp_lower_bound_inf;
     const bool has_upper = structure.variable_upper[i] < options.nlp_upper_bound_inf;
     SampledRange box{has_lower ? structure.variable_lower[i] : -kInfinity,
@@ -79,7 +80,7 @@ Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, I
   const auto pair = static_cast<std::size_t>(number - 1) / 2;
   const double factor = restart::kReaches[pair % restart::kReaches.size()];
   for (const IndexRange range : {canonical.x(), canonical.y()}) {
-    for (Index i = range.begin; i < range.end; ++i) {
+    for (const Index i : indices(range)) {
       const double reach = factor * std::max(1.0, std::abs(start.v[i]));
       SampledRange box{canonical.lower()[i], canonical.upper()[i]};
       if (!(box.upper - box.lower <= parameters::kPlenty * reach)) {

@@ -8,6 +8,7 @@
 
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/robust/robust_copies.hpp"
 #include "core/sensitivity/active_system.hpp"
@@ -58,7 +59,7 @@ std::vector<double> padded(const std::vector<double>& values, std::size_t size, 
 }
 
 void add(double step, const std::vector<double>& direction, std::vector<double>& values) {
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] += step * direction[i];
+  for (const auto i : indices(values)) values[i] += step * direction[i];
 }
 
 /// The model with fixed variables free to move: their values are parameters, and the differences
@@ -66,7 +67,7 @@ void add(double step, const std::vector<double>& direction, std::vector<double>&
 Restructured unfixed(Problem& problem) {
   Restructured model(problem);
   ProblemStructure& s = model.changed;
-  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+  for (const auto i : indices(s.variable_lower)) {
     if (s.variable_lower[i] < s.variable_upper[i]) continue;
     s.variable_lower[i] = -kInfinity;
     s.variable_upper[i] = kInfinity;
@@ -168,7 +169,7 @@ void Sensitivity::State::read_solution(const Result& result, const SolverOptions
                                        const std::vector<double>& jacobian) {
   solution.bounds = bounds_of(structure, options);
   min_part.assign(n, 0.0);
-  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+  for (const auto k : indices(jacobian)) {
     const auto row = static_cast<std::size_t>(structure.jacobian[k].row);
     const auto col = static_cast<std::size_t>(structure.jacobian[k].col);
     const double part = jacobian[k] * result.lambda[row];
@@ -181,7 +182,7 @@ void Sensitivity::State::read_solution(const Result& result, const SolverOptions
   solution.objective = result.objective;
   solution.active.clear();
   weak.clear();
-  for (std::size_t k = 0; k < signs.size(); ++k) {
+  for (const auto k : indices(signs)) {
     int side = 0;
     solution.active.push_back(hold_of(solution.value[k], solution.bounds.lower[k],
                                       solution.bounds.upper[k], signs[k] * solution.multiplier[k],
@@ -217,7 +218,7 @@ Move Sensitivity::State::move_of(const BoundChange& change) const {
                         padded(change.constraint_lower, m, "constraint_lower")),
                  joined(padded(change.variable_upper, n, "variable_upper"),
                         padded(change.constraint_upper, m, "constraint_upper"))};
-  for (std::size_t k = 0; k < signs.size(); ++k) {
+  for (const auto k : indices(signs)) {
     if (solution.active[k] == Hold::Fixed && move.bounds.lower[k] != move.bounds.upper[k]) {
       throw std::invalid_argument("the equal bounds of " + place_name(structure, k) +
                                   " must be moved alike");
@@ -243,7 +244,7 @@ Move Sensitivity::State::move_of(std::span<const double> dx) const {
 
 Waypoint Sensitivity::State::start(const Move& move) const {
   Waypoint start = solution;
-  for (std::size_t k = 0; k < signs.size(); ++k) {
+  for (const auto k : indices(signs)) {
     if (move.inner && k < n) start.multiplier[k] -= min_part[k];
     if (is_still(k, move)) start.active[k] = k < n ? Hold::Fixed : Hold::Free;
   }
@@ -253,7 +254,7 @@ Waypoint Sensitivity::State::start(const Move& move) const {
 /// The system must have the factors for the active set. Empty: it cannot be solved accurately.
 std::optional<Velocity> Sensitivity::State::velocity(const Waypoint& at, const Move& move) {
   std::vector<double> moved(signs.size(), 0.0);  // of what is held
-  for (std::size_t k = 0; k < moved.size(); ++k) {
+  for (const auto k : indices(moved)) {
     if (at.active[k] == Hold::Free) continue;
     moved[k] = at.active[k] == Hold::Upper ? move.bounds.upper[k] : move.bounds.lower[k];
     if (k < n && is_still(k, move)) moved[k] = move.held[k];
@@ -264,8 +265,8 @@ std::optional<Velocity> Sensitivity::State::velocity(const Waypoint& at, const M
   if (!system->solve(dv, std::span(moved).subspan(n), dlambda)) return std::nullopt;
   system->multiply(dv, dlambda, std::span(velocity.multiplier).first(n),
                    std::span(velocity.value).subspan(n));
-  for (std::size_t j = 0; j < dlambda.size(); ++j) velocity.multiplier[n + j] = -dlambda[j];
-  for (std::size_t k = 0; k < moved.size(); ++k) {
+  for (const auto j : indices(dlambda)) velocity.multiplier[n + j] = -dlambda[j];
+  for (const auto k : indices(moved)) {
     velocity.slope += at.multiplier[k] * moved[k];
     velocity.curvature += velocity.multiplier[k] * moved[k];
   }
@@ -286,7 +287,7 @@ Event Sensitivity::State::next_event(const Waypoint& at, const Velocity& velocit
       next.step = step;
     }
   };
-  for (std::size_t k = 0; k < signs.size(); ++k) {
+  for (const auto k : indices(signs)) {
     if (is_still(k, move)) continue;
     const Hold hold = at.active[k];
     if (hold == Hold::Free) {
