@@ -63,6 +63,7 @@ std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const R
   for (const Index row : rows) {
     for (const Index i : scopes.of(row).variables) ++readers[at(i)];
   }
+
   for (const Index row : rows) {
     const RobustScope scope = scopes.of(row);
     const bool shared = std::ranges::any_of(
@@ -75,6 +76,7 @@ std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const R
     chosen.push_back({row, v, copied, false, two_sided ? 1 : 0});
     if (two_sided) chosen.push_back({row, v, true, false, -1});
   }
+
   return chosen;
 }
 
@@ -102,6 +104,7 @@ std::vector<RobustCopies::WorstCase> at_known(const ProblemStructure& s,
       nearest = std::move(copy);
     }
   }
+
   if (chosen.empty() && nearest) chosen.push_back(std::move(*nearest));
   return chosen;
 }
@@ -119,6 +122,7 @@ std::vector<double> rounded_gradient_in_x(Problem& model, Index constraint,
     if (row == constraint && s.variable_players[at(col)] == Player::Min)
       gradient.push_back(std::round(kDigits * jacobian[k] * ranges.of(at(col))));
   }
+
   return gradient;
 }
 
@@ -143,6 +147,7 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
       if (s.variable_players[i] == Player::Max && gradient[i] != 0.0) reads[i] = true;
     }
   }
+
   return reads;
 }
 
@@ -193,17 +198,20 @@ class RobustSearch {
     bool moved = false;  ///< v is no longer the model's
     bool near = false;   ///< v is the answer of a solve
   };
+
   /// The problem of a list of worst cases, and its answer.
   struct Solved {
     std::unique_ptr<RobustCopies> copies;
     Result result;
   };
+
   /// How y is treated in rounds of solving and looking for worst cases.
   enum class Y {
     HeldCoarsely,  ///< few rounds, which bring x near
     Held,          ///< until no y violates a constraint
     Moving,        ///< it moves with x, until no other y violates a constraint
   };
+
   /// First against held y, then with y that move; at once with these if worst cases near x are known.
   /// If the y of the start leave x unbounded or admit no x, many held ones are tried, and last the y
   /// of the start move. place_ and first differ by what is known of worst cases.
@@ -246,6 +254,7 @@ class RobustSearch {
     answer_.over_y.solves = work_.over_y.solves;
     return std::move(answer_);
   }
+
   /// x against the y at hand, held, then the worst cases at the x that these give move with it. If
   /// they do not come to rest, held ones alone decide: x is a local minimum of fewer constraints than
   /// there are, and meets all of them. Whether there is an answer.
@@ -267,6 +276,7 @@ class RobustSearch {
     }
     return false;
   }
+
   /// Solves with the worst cases at hand and adds violated ones until there are none. Returns the
   /// maxima at the last x; nothing: a solve failed, or maxima violate a constraint. Unless y are held
   /// coarsely the answer is that of the last solve.
@@ -310,6 +320,7 @@ class RobustSearch {
       return scans;
     }
   }
+
   /// With the worst cases at hand, near an answer if there is one; if that fails also from_afar, on
   /// the way from where copies might become those of other maxima.
   Solved solve_worst_cases(bool from_afar) {
@@ -338,6 +349,7 @@ class RobustSearch {
         return {std::move(copies), std::move(result)};
     }
   }
+
   /// At the x of place_.v; maximizations begin at the known worst cases, too.
   std::vector<MaximaOverY> scan(Index starts, const WorstCases& known) {
     MaximizationContext context{options_, budget_, form_.start, form_.asked.structure(), work_};
@@ -353,6 +365,7 @@ class RobustSearch {
     }
     return scans;
   }
+
   /// One more worst case of each side whose largest maximum exceeds the bound; with held y one of each
   /// maximum that does, and each corner where what follows y diverges, so that x moves to where it
   /// does not. One that a copy has left to its barrier, or that violates the row slightly, is held
@@ -388,6 +401,7 @@ class RobustSearch {
     }
     return any;
   }
+
   /// The y where maximizations at this x begin and end, and random ones: fewer than there are x would
   /// leave x unbounded. One that Max constraints restrain begins anywhere.
   WorstCases many_scenarios() {
@@ -410,6 +424,7 @@ class RobustSearch {
     }
     return taken;
   }
+
   /// The worst cases that are active or nearly so at this x, or the one nearest to it, with y free
   /// again. One is enough of a constraint's maxima that have one gradient in x, as on a face of y.
   void release(const std::vector<MaximaOverY>& scans, double nearly) {
@@ -430,6 +445,7 @@ class RobustSearch {
       released.push_back(highest->at_y(highest->maxima.front().v));
     if (!released.empty()) place_.worst_cases = std::move(released);
   }
+
   /// The multiplier of an inactive copy is zero, and so is its curvature in the second-order test; two
   /// copies that have met share one. If the test is undecided, inactive copies are held and met ones
   /// left out, in case that this decides it.
@@ -457,6 +473,7 @@ class RobustSearch {
     }
     if (budget_.interrupted()) answer_.over_y.finished = false;
   }
+
   /// The answer from now on. With starts of y it is finished once no y violates it.
   void report(const Solved& solved, const std::vector<MaximaOverY>& scans, bool verified) {
     const auto& [copies, result] = solved;
@@ -506,6 +523,7 @@ class RobustSearch {
     place_ = own;
     return same;
   }
+
   /// After a search that failed: minimizes the largest violation of the robust constraints over y.
   /// Where that stays above the tolerance they cannot be met here.
   void name_infeasible(std::vector<double> start) {
@@ -557,6 +575,7 @@ class RobustSearch {
       least.error.primal = std::max(least.error.primal, excess_of(least.constraints, row));
     answer_ = std::move(least);
   }
+
   // robust_infeasible.cpp
 
   const RobustForm& form_;
