@@ -70,6 +70,13 @@ constexpr int kOrderingChosen = 0;
 constexpr int kScalingChosen = 77;
 constexpr int kScalingOfEachMatrix = 7;
 
+/// CNTL(3): a null pivot, rows being scaled to about 1; found by trial. Matrices that are singular
+/// leave pivots up to this, and so do some that are only ill-conditioned.
+constexpr double kNullPivot = 1e-12;
+/// Error of two known solutions with entries up to 1, up to which a matrix with such pivots is
+/// regular. If it is singular the error is about 1, and 1 in 100 times less than this.
+constexpr double kRegularError = 0.03;
+
 /// PORD ends the process on a graph without structure (a full matrix), and its two stages are of
 /// no use on small ones.
 bool pord_can_order(const SymmetricMatrix& matrix) {
@@ -106,9 +113,9 @@ struct MumpsSolver::Instance {
     icntl(10) = 0;  // no refinement
     icntl(12) = kUsualOrdering;
     icntl(14) = kLeastPercent;
-    icntl(13) = 1;    // no ScaLAPACK at the root: exact inertia
-    icntl(24) = 1;    // null pivots are detected and counted
-    cntl(3) = 1e-12;  // a null pivot, rows being scaled to about 1; found by trial
+    icntl(13) = 1;  // no ScaLAPACK at the root: exact inertia
+    icntl(24) = 1;  // null pivots are detected and counted
+    cntl(3) = kNullPivot;
   }
   ~Instance() {
     try {
@@ -409,6 +416,25 @@ int MumpsSolver::factorize_with_enough_memory(const std::function<bool()>& gives
   }
 }
 
+/// Of a matrix with null pivots: factorizes it with these as pivots, and whether that solves.
+bool MumpsSolver::is_ill_conditioned_only(const SymmetricMatrix& matrix) {
+  instance_->cntl(3) = kEpsilon;
+  const int status = factorize_with_enough_memory();
+  instance_->cntl(3) = kNullPivot;
+  if (status < 0 || instance_->infog(28) > 0) return false;
+  const std::size_t n = at(dimension_);
+  std::vector<double> known(2 * n, 1.0), solution(2 * n);
+  for (std::size_t i = 0; i < n; ++i) known[n + i] = std::cos(static_cast<double>(i));
+  for (const std::size_t first : {std::size_t{0}, n}) {
+    matrix.multiply({known.data() + first, n}, {solution.data() + first, n});
+  }
+  factorized_ = true;
+  solve_in_place(solution, 2);
+  return std::ranges::equal(solution, known, [](double found, double exact) {
+    return std::abs(found - exact) <= kRegularError;
+  });
+}
+
 Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   factorized_ = false;
   Factorization result;
@@ -441,11 +467,14 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   }
   if (status < 0 && status != kSingular) return result;
 
-  const int null_pivots = status == kSingular ? 1 : instance_->infog(28);
   result.inertia.negative = instance_->infog(12);
-  result.inertia.zero = null_pivots;
-  result.inertia.positive = dimension_ - result.inertia.negative - null_pivots;
-  result.status = null_pivots > 0 ? FactorizationStatus::Singular : FactorizationStatus::Ok;
+  result.inertia.zero = status == kSingular ? 1 : instance_->infog(28);
+  if (result.inertia.zero > 0 && is_ill_conditioned_only(matrix)) {
+    result.inertia.negative = instance_->infog(12);
+    result.inertia.zero = 0;
+  }
+  result.inertia.positive = dimension_ - result.inertia.negative - result.inertia.zero;
+  result.status = result.inertia.zero > 0 ? FactorizationStatus::Singular : FactorizationStatus::Ok;
   factorized_ = result.status == FactorizationStatus::Ok;
   return result;
 }

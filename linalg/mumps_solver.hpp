@@ -47,6 +47,7 @@ class MumpsSolver final : public SymmetricSolver {
   void load_pattern();
   void take_pattern(const SymmetricMatrix& matrix);
   [[nodiscard]] std::vector<Index> current_order() const;
+  [[nodiscard]] bool is_ill_conditioned_only(const SymmetricMatrix& matrix);
   Analysis analyze_with(Ordering ordering, const SymmetricMatrix& matrix);
   [[nodiscard]] Analysis prediction(int status, Ordering ordering) const;
   Analysis analyze_given(Ordering name, std::vector<Index> order);

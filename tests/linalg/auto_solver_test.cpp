@@ -427,6 +427,22 @@ TEST(AutoSolver, ASingularMatrixIsSeenWithoutPivoting) {
   EXPECT_FALSE(seen.trust.pivoted);
 }
 
+/// A pivot far below the others may be one of a matrix that is only ill-conditioned.
+TEST(MumpsSolver, ASmallPivotIsANullPivotWhereItSolvesNothing) {
+  for (const double last : {1.0, 1.0 + 5e-13, 1.0 - 5e-13}) {
+    MatrixBuilder builder(2);
+    builder.add(0, 0, 1.0);
+    builder.add(1, 0, 1.0);
+    builder.add(1, 1, last);
+    const SymmetricMatrix matrix = builder.build();
+    MumpsSolver solver({});
+    ASSERT_TRUE(solver.analyze(matrix, {}).ok);
+    const Factorization result = solver.factorize(matrix, Certainty::Usual);
+    EXPECT_EQ(result.inertia,
+              (Inertia{last > 1.0 ? 2 : 1, last < 1.0 ? 1 : 0, last == 1.0 ? 1 : 0}));
+  }
+}
+
 /// Equations that are solved one after the other, each step larger than the one before: no pivot is
 /// small, one eigenvalue is. A shift of the multipliers would cost Newton's method its digits.
 TEST(AutoSolver, AnAlmostSingularMatrixIsNotASingularOne) {
