@@ -115,13 +115,16 @@ class Policy:
         everything = np.zeros(self._free.shape)
         everything[:, 0] = recourse.numbers("start", 0.0)
         self.answer: Vector = everything[self._free]  #: coefficients of the rule, those that are free
+        rows, self._columns = np.nonzero(self._free)
+        self._sum = 1.0 * (rows == np.arange(recourse.n)[:, None])
         #: Price of the square of each of them.
-        self.prices = np.where(np.nonzero(self._free)[1] > 0, float(recourse.price), 0.0)
+        self.prices = np.where(self._columns > 0, float(recourse.price), 0.0)
 
     def _basis(self, y: Any) -> Any:
-        v = (y - self._center) / self._width
+        v = ((y.T - self._center) / self._width).T
         first, second = self._pairs
-        return np.concatenate([[1.0], v, v[first] * v[second]])
+        return np.concatenate([np.ones((1, *v.shape[1:])), v, v[first] * v[second]] if first.size else
+                              [np.ones((1, *v.shape[1:])), v])
 
     def _all(self, free: Any) -> Any:
         matrix = np.zeros(self._free.shape, dtype=free.dtype)
@@ -129,7 +132,8 @@ class Policy:
         return matrix
 
     def of(self, free: Any, y: Any) -> Any:
-        return self._all(free) @ self._basis(y)
+        """Returns z, one column for each column of free and y."""
+        return self._sum @ (free * self._basis(y)[self._columns])
 
     def derivatives(self, free: Vector, y: Vector, q: Vector) -> Tuple[Vector, Vector, Vector, Vector]:
         """Derivatives of z with respect to the free coefficients and to y, and second ones of q'z: to

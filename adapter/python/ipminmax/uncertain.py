@@ -214,9 +214,9 @@ class _Model:
         return first
 
     def parts(self, X: Any, W: Any, k: int) -> List[Any]:
-        """x, y and, with recourse, z and, where there are states, s."""
+        """x, y and, with recourse, z and, where there are states, s; columns for columns of X and W."""
         u = W[:self.given.k] if np.size(W) else self.given.start
-        found = [X[:self.nx], self.given.origins[k] + self.given.loadings @ u]
+        found = [X[:self.nx], (self.given.origins[k] + (self.given.loadings @ u).T).T]
         if self.policy is not None:
             found.append(self.policy.of(X[self.nx:self.end], found[1]))
         if self.s0.size:
@@ -226,7 +226,7 @@ class _Model:
 
     def price(self, X: Any) -> Any:
         """Price of the rule's slopes."""
-        return 0.0 if self.policy is None else np.sum(self.policy.prices * X[self.nx:self.end] ** 2)
+        return 0.0 if self.policy is None else self.policy.prices @ X[self.nx:self.end] ** 2
 
     def turn(self, X: Any, W: Any, k: int, q: Any = None) -> Tuple[Vector, Any]:
         """Derivatives of the parts with respect to X and W, and second ones of q'z."""
@@ -254,7 +254,8 @@ class _Model:
             found = given(*self.parts(X, W, k))
             if found is None:
                 raise TypeError(f"{name} returned None")
-            return np.ravel(found) if np.asarray(found).dtype.kind in "fcO" else np.ravel(found).astype(float)
+            array = np.atleast_2d(found) if np.ndim(X) > 1 else np.ravel(found)
+            return array if array.dtype.kind in "fcO" else array.astype(float)
 
         at, total = np.cumsum(self.sizes), sum(self.sizes)
         plane = _plane(lambda v: np.ravel(given(*np.split(v, at[:-1]))) + 0.0, total)
