@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
@@ -41,14 +42,18 @@ std::string CanonicalProblem::fail(Status status, std::string message) {
   return message;
 }
 
-std::string CanonicalProblem::build(const GradientScaling* kept) {
+std::string CanonicalProblem::build(const GradientScaling* kept, TimeLimit* limit) {
+  const auto is_late = [&] { return limit != nullptr && limit->expired(); };
+  const auto late = [&] { return fail(*limit->exceeded(), "the time limit passed"); };
   if (auto error = check_structure(structure_, options_); !error.empty()) return error;
+  if (is_late()) return late();
   if (auto error = map_.build(structure_, options_); !error.empty()) {
     return fail(Status::TooFewDegreesOfFreedom, std::move(error));
   }
+  if (is_late()) return late();
   make_buffers();
   if (auto error = read_start(); !error.empty()) return error;
-  return scale(kept);
+  return is_late() ? late() : scale(kept);
 }
 
 std::string CanonicalProblem::row_name(Index constraint) const {

@@ -22,6 +22,8 @@
 
 namespace ipminmax {
 
+class TimeLimit;
+
 /// What an evaluation of the model gave.
 enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
 
@@ -74,8 +76,9 @@ class CanonicalProblem : Kept<CanonicalArrays> {
 
   /// Checks the model and builds the canonical form. The error names what is wrong; the status
   /// that goes with it is error_status(). kept: the scaling of a problem of the same shape, to be
-  /// used instead of a new one; null for none.
-  [[nodiscard]] std::string build(const GradientScaling* kept = nullptr);
+  /// used instead of a new one; null for none. limit: asked between the steps; null for none.
+  [[nodiscard]] std::string build(const GradientScaling* kept = nullptr,
+                                  TimeLimit* limit = nullptr);
   /// The gradient-based scaling, where that is the method and no kept one was used.
   [[nodiscard]] const std::optional<GradientScaling>& gradient_scaling() const {
     return gradient_scaling_;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -7,6 +8,7 @@
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"
+#include "core/model/norms.hpp"
 #include "core/paper/algorithm_one.hpp"
 #include "core/search/divergence.hpp"
 #include "core/search/outcome.hpp"
@@ -124,8 +126,9 @@ class Solve {
     }
     if (kept_ && !kept_->fits(problem_.structure(), options_)) kept_ = nullptr;
     const bool is_scaled = kept_ && kept_->scaling;
-    if (auto error = canonical_.build(is_scaled ? &*kept_->scaling : nullptr); !error.empty()) {
-      return without_point(canonical_.error_status(), std::move(error));
+    if (auto error = canonical_.build(is_scaled ? &*kept_->scaling : nullptr, &limit_);
+        !error.empty()) {
+      return limit_.exceeded() ? at_start() : without_point(canonical_.error_status(), error);
     }
     if (options_.mu_strategy == BarrierStrategy::Adaptive && canonical_.max_size() > 0 &&
         options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
@@ -145,13 +148,12 @@ class Solve {
   }
 
   Result search() {
+    if (limit_.expired()) return at_start();
     Machinery machinery(*this);
-    const bool analyzed = !limit_.expired() && analyze(machinery);
-    if (!analyzed) {
-      if (!limit_.exceeded())
-        return without_point(Status::OutOfMemory, "out of memory in the analysis");
-      if (kept_ && !kept_->structure_only) kept_->forget();
-      kept_ = nullptr;
+    if (limit_.expired() || !analyze(machinery)) {
+      return limit_.exceeded()
+                 ? at_start()
+                 : without_point(Status::OutOfMemory, "out of memory in the analysis");
     }
     const auto stopped = [&](Status status, const char* why) {
       return machinery.search
@@ -170,11 +172,7 @@ class Solve {
         keep_work(machinery, *status);
         return result;
       }
-      if (analyzed) return finish(machinery, search_all(machinery, first));
-      machinery.barrier.emplace(machinery.context, first.point);  // the start is all that is known
-      machinery.search.emplace(machinery.context, purpose_, *machinery.barrier,
-                               machinery.observation, first, arrays_.search);
-      return stopped(*limit_.exceeded(), "");
+      return finish(machinery, search_all(machinery, first));
     } catch (const FactorsOutOfMemory& error) {
       return stopped(Status::OutOfMemory, error.what());
     } catch (const SolverUnavailable& error) {
@@ -401,6 +399,32 @@ class Solve {
     result.status = status;
     result.message = std::move(message);
     set_totals(result);
+    return result;
+  }
+
+  /// Of a solve that had no time to begin: the model's start, in its bounds, and the values there.
+  Result at_start() {
+    const Status status = *limit_.exceeded();
+    Result result = without_point(status, std::string(name_of(status)));
+    const ProblemStructure& s = problem_.structure();
+    const std::size_t n = s.variable_players.size(), m = s.constraint_players.size();
+    for (auto* of_variables : {&result.v, &result.z_lower, &result.z_upper})
+      of_variables->resize(n);
+    for (auto* of_constraints : {&result.lambda, &result.constraints}) of_constraints->resize(m);
+    StartingPoint start{.v = result.v,
+                        .lambda = result.lambda,
+                        .z_lower = result.z_lower,
+                        .z_upper = result.z_upper};
+    if (!problem_.starting_point(start) || !all_finite(result.v)) {
+      return without_point(Status::InvalidNumber, "the starting point is not finite");
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      result.v[i] = std::clamp(result.v[i], s.variable_lower[i], s.variable_upper[i]);
+    }
+    if (!problem_.objective(result.v, true, result.objective)) result.objective = kNaN;
+    if (m > 0 && !problem_.constraints(result.v, false, result.constraints)) {
+      result.constraints.assign(m, kNaN);
+    }
     return result;
   }
 
