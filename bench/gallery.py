@@ -26,7 +26,7 @@ try:
 except ImportError:
     minimize_ipopt = None
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "adapter/python/examples"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples/python"))
 import adversarial_classification as classification  # noqa: E402
 import chebyshev  # noqa: E402
 import generator_and_critic  # noqa: E402

@@ -16,7 +16,7 @@ except ImportError:
     matplotlib = None
 
 SOURCE = os.environ.get("IPMINMAX_SOURCE_DIR", os.path.join(os.path.dirname(__file__), "../.."))
-EXAMPLES = os.path.join(SOURCE, "adapter/python/examples")
+EXAMPLES = os.path.join(SOURCE, "examples/python")
 sys.path.insert(0, EXAMPLES)
 import adversarial_classification  # noqa: E402
 import chebyshev  # noqa: E402

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -71,6 +72,14 @@ class Limits(unittest.TestCase):
         result = minimize_minmax(busy, np.ones(30), np.ones(30), options={"max_cpu_time": 0.2})
         self.assertIn(result.status, (-4, -5))
         self.assertLess(busy.calls, 5000)
+
+    def test_the_processors_clock_is_read_under_its_limit_alone(self):
+        """It takes longer to read than some functions."""
+        for limit, most in (("max_wall_time", 0), ("max_cpu_time", 300)):
+            with unittest.mock.patch("time.process_time", side_effect=time.process_time) as clock:
+                result = minimize_minmax(lambda x, y: x @ x - y @ y, np.ones(20), np.ones(20), options={limit: 1000.0})
+            self.assertTrue(result.success)
+            self.assertLessEqual(clock.call_count, most)
 
     def test_a_limit_that_is_not_reached(self):
         result = Slow(1).solve(options={"max_wall_time": 1000.0})

@@ -20,7 +20,7 @@ except ImportError:
     linprog = None
 
 SOURCE = os.environ.get("IPMINMAX_SOURCE_DIR", os.path.join(os.path.dirname(__file__), "../.."))
-sys.path.insert(0, os.path.join(SOURCE, "adapter/python/examples"))
+sys.path.insert(0, os.path.join(SOURCE, "examples/python"))
 import ipminmax  # noqa: E402
 import recourse as examples  # noqa: E402
 from ipminmax import Constraint, LinearConstraint, Recourse, minimize_minmax  # noqa: E402
@@ -104,6 +104,10 @@ class Examples(unittest.TestCase):
         self.assertIn("demand", rows[0])
         with self.assertRaisesRegex(ValueError, "of left over"):
             minimize_minmax(lambda x, y: x[0], [1.0], [1.0], constraints=Constraint(lambda x, y: x, [0.0, 1.0], name="left over"))
+        met = minimize_minmax(
+            lambda x, y: x[0], [1.0], uncertainty=Box([-1.0, -1.0], 1.0), names_x=["paper"], names_y=["demand", "wind"],
+            bounds_x=(0, 1), constraints=Constraint(lambda x, y: y[0] ** 2 + y[1] * x[0] - x[0] + 2.0, ub=0.0))
+        self.assertIn("(factor of demand) = ", met.message)
         with self.assertRaisesRegex(ValueError, "names_y has 2"):
             minimize_minmax(lambda x, y: x[0], [1.0], uncertainty=Box(0.0, 1.0), names_y=["a", "b"])
 
@@ -234,6 +238,27 @@ class Sets(unittest.TestCase):
         result = self.portfolio(ChiSquareBall(q, radius), exact=True)
         loss = -self.RETURNS @ result.x  # mean + sqrt(radius variance), as long as no p is 0
         self.assertAlmostEqual(result.fun, loss.mean() + np.sqrt(radius * loss.var()), delta=1e-6)
+
+    def test_a_row_whose_slope_in_y_vanishes(self):
+        """sqrt(x'shape x) has a kink at the answer x = 0."""
+        for shape in (np.eye(2), np.array([[2.0, 0.5], [0.5, 1.0]]), 1e-6 * np.eye(2), 1e6 * np.eye(2)):
+            given = Ellipsoid([1.0, 2.0], shape)
+            with self.subTest(shape=shape):
+                result = minimize_minmax(lambda x, y: x[0], [3.0, 0.5, 0.3], uncertainty=given, exact=True, constraints=Constraint(
+                    lambda x, y: 1.0 - x[0] + (y[0] - 1.0) * x[1] + (y[1] - 2.0) * x[2], ub=0.0))
+                self.assertTrue(result.certificate.is_local_minmax)
+                np.testing.assert_allclose(result.x, [1.0, 0.0, 0.0], atol=1e-7)
+                result = minimize_minmax(lambda x, y: x @ x, [3.0, 0.5], uncertainty=given, exact=True, constraints=Constraint(
+                    lambda x, y: 1.0 - x[0] + (y[0] - 1.0) * x[1], ub=0.0))
+                self.assertTrue(result.success)
+                np.testing.assert_allclose(result.x, [1.0, 0.0], atol=1e-7)
+
+    def test_undefined_beside_the_start(self):
+        """Whether a function reads y is asked where it is defined."""
+        result = minimize_minmax(lambda x, y: x[0] * y[0], [1.0], uncertainty=Box(1.0, 2.0), constraints=Constraint(
+            lambda x, y: np.log(x[0] - 0.98) - np.log(0.03), 0.0, 0.0))
+        self.assertTrue(result.success)
+        self.assertAlmostEqual(result.x[0], 1.01, delta=1e-7)
 
     def test_units_and_shifts(self):
         for scale, shift in ((1.0, 0.0), (1e-5, 0.0), (1e6, 0.0), (1.0, 1e4), (1e-3, 7.0)):

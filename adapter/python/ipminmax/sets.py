@@ -37,13 +37,9 @@ class _Squares:
         """Value, first and second derivative of h for each entry of v."""
         return v * v, 2.0 * v, 2.0 + 0.0 * v
 
-    def support(self, w: Any) -> Any:
-        """max w'v over h(v) <= level."""
-        return np.sqrt(np.sum(w * w))
-
-    def scaled_support(self, w: Any, t: Any) -> Any:
-        """The least over t > 0 is the support; smooth at w = 0, too."""
-        return 0.5 * (t + np.sum(w * w) / t)
+    def conjugate(self, v: Vector) -> Tuple[Any, Any, Any]:
+        """phi(v), its first and second derivatives: max w'v over h(v) <= level is the least t phi(w / t), t > 0."""
+        return 0.5 * (1.0 + v @ v), v, np.ones(v.size)
 
 
 class _Entropy:
@@ -57,9 +53,10 @@ class _Entropy:
         below, slope = v - at, np.log1p((at - self.q) / self.q)
         return (at * slope - (at - self.q) + below * (slope + 0.5 * below / at), slope + below / at, 1.0 / at)
 
-    def scaled_support(self, w: Any, t: Any) -> Any:
-        with np.errstate(over="ignore"):  # a step that is cut
-            return t * (self.level + np.sum(self.q * np.expm1(w / t)))
+    def conjugate(self, v: Vector) -> Tuple[Any, Any, Any]:
+        with np.errstate(over="ignore", invalid="ignore"):  # a step that is cut
+            slope = self.q * np.exp(v)
+            return self.level + self.q @ np.expm1(v), slope, slope
 
 
 class Smooth(NamedTuple):

@@ -19,6 +19,8 @@ from .sets import UncertaintySet
 _STRAIGHT = 1e-9
 #: Multiplier over the largest one below which a row of a scenario or a formula is not active.
 _ACTIVE = 1e-6
+#: Least t of t phi(w / t); more than bounds are relaxed by.
+_LEAST_T = 2e-8
 #: Corners of a set, at most, at each of which a row linear in y is asked for; of more there is a formula.
 _MOST_CORNERS = 64
 
@@ -112,8 +114,8 @@ class _Corners:
 
 
 class _Dual:
-    """max of a'(u - start) over a set as the least value of dual variables d with slopes(d) = a; of an
-    ellipsoid without variables."""
+    """max of a'(u - start) over a set as the least value of dual variables d with slopes(d) = a and, for each
+    curved side, t phi(w / t) <= r: w, t and r are among d."""
 
     rows = 1
 
@@ -122,30 +124,50 @@ class _Dual:
         equal, above, below = low == up, np.isfinite(up), np.isfinite(low) & (low < up)
         turn = [matrix[above], -matrix[below]]
         cost, lower = [up[above], -low[below]], [np.where(equal[above], -np.inf, 0.0), np.zeros(below.sum())]
-        at, self._smooth = sum(map(len, cost)), []  # type: int, List[Any]
+        at, self.cones = sum(map(len, cost)), []  # type: int, List[Any]
         for s in given.smooth:
             size = len(s.A)
-            turn += [s.A, np.zeros((1, given.k))]
-            cost += [-s.b, np.zeros(1)]
-            lower += [np.full(size, -np.inf), np.full(1, 1e-10)]
-            self._smooth.append((s.h, slice(at, at + size), at + size))
-            at += size + 1
+            turn += [s.A, np.zeros((2, given.k))]
+            cost += [-s.b, np.array([0.0, 1.0])]
+            lower += [np.full(size, -np.inf), np.array([_LEAST_T, -np.inf])]
+            self.cones.append((s.h, np.arange(at, at + size), at + size))
+            at += size + 2
         self._turn, self.lower, self.equations = np.vstack(turn).T, np.concatenate(lower), given.k
         self._cost = np.concatenate(cost) - given.start @ self._turn
-        if len(given.smooth) == 1 and at == given.k + 1 and hasattr(given.smooth[0].h, "support"):
-            self.lower, self.equations = self.lower[:0], 0
 
-    def value(self, a: Any, d: Any) -> Any:
-        if not self.equations:
-            w = np.linalg.solve(self._turn[:, :-1], a)
-            return self._smooth[0][0].support(w) + self._cost[:-1] @ w
-        return self._cost @ d + sum(h.scaled_support(d[w], d[t]) for h, w, t in self._smooth)
+    def value(self, _: Any, d: Any) -> Any:
+        return self._cost @ d
 
     def slopes(self, d: Any) -> Any:
         return self._turn @ d
 
     def worst(self, a: Vector, _: int) -> Any:
         return self._given.worst_factors(a)
+
+
+def _cone(h: Any, w: Vector, t: int) -> Constraint:
+    """t phi(w / t) <= r, the variable X after t."""
+
+    def at(X: Any) -> Any:
+        v = X[w] / X[t]
+        return v, h.conjugate(v)
+
+    def jac(X: Vector, W: Vector) -> Vector:
+        v, (value, slope, _) = at(X)
+        row = np.zeros(X.size + W.size)
+        row[w], row[t], row[t + 1] = slope, value - slope @ v, -1.0
+        return row
+
+    def hess(X: Vector, W: Vector, weights: Vector) -> Vector:
+        v, (_, _, bend) = at(X)
+        turn, found = np.column_stack([np.eye(v.size), -v]), np.zeros((X.size + W.size,) * 2)
+        found[np.ix_([*w, t], [*w, t])] = weights[0] / X[t] * turn.T @ (bend[:, None] * turn)
+        return found
+
+    def value(X: Vector, W: Vector) -> Any:
+        return X[t] * at(X)[1][0] - X[t + 1]
+    value.is_ours = True  # type: ignore[attr-defined]  # its jac is not compared with differences
+    return Constraint(value, -np.inf, 0.0, jac, hess, "min")
 
 
 class _Function(NamedTuple):
@@ -205,6 +227,14 @@ class _Model:
         self._seen: List[Tuple[str, Any, int]] = []  #: functions of degree 0 and 1, as it seemed
         self._random = np.random.default_rng(4)
         self._two = given.sample_factors(2, self._random)
+
+    def factor_names(self, names: Any) -> List[str]:
+        """Of each factor the y that it alone moves, as a factor."""
+        moved = self.given.loadings != 0.0
+        alone = (moved.sum(axis=0) == 1) & (moved.sum(axis=1) @ moved == 1)
+        names = [f"y[{i}]" for i in range(self.given.n)] if names is None else names
+        return [f"factor of {names[int(np.argmax(own))]}" if one else f"factor[{j}]"
+                for j, (own, one) in enumerate(zip(moved.T, alone))]
 
     def extend(self, start: Vector, lower: Vector) -> int:
         """Adds variables X; returns the index of the first."""
@@ -279,15 +309,23 @@ class _Model:
 
     def degree(self, name: str, value: Any) -> int:
         """0: does not read y (nor states), 1: is linear in y, 2: neither, as it seems at two random X."""
-        degree, (a, b) = 0, self._two
-        reach = 0.1 * np.maximum(np.abs(self.start), 1.0)
-        for k in [*self.scenarios[:3]] * 2:
-            X = np.clip(self.start + self._random.uniform(-reach, reach), self.lower, self.upper)
-            states = [self.w0[self.given.k:] * scale + shift for scale, shift in ((1.0, 0.0), (1.01, 0.01))]
+        degree, (a, b), states = 0, self._two, self.w0[self.given.k:]
+
+        def values(X: Vector, k: int) -> Vector:
             try:
-                v = np.array([value(X, np.r_[u, states[0]], k) for u in (a, b, 0.5 * (a + b), 2.0 * b - a)]
-                             + [value(X, np.r_[a, states[1]], j) for j in self.scenarios[:3]])
+                with np.errstate(all="ignore"):
+                    return np.array([value(X, np.r_[u, states], k) for u in (a, b, 0.5 * (a + b), 2.0 * b - a)]
+                                    + [value(X, np.r_[a, 1.01 * states + 0.01], j) for j in self.scenarios[:3]])
             except Exception:  # undefined at a point that nobody has asked for
+                return np.array([np.nan])
+
+        for k in [*self.scenarios[:3]] * 2:
+            for share in (0.1, 0.01, 1e-3, 1e-4):  # undefined: nearer to the start
+                reach = share * np.maximum(np.abs(self.start), 1.0)
+                v = values(np.clip(self.start + self._random.uniform(-reach, reach), self.lower, self.upper), k)
+                if np.all(np.isfinite(v)):
+                    break
+            else:
                 return 2
             if np.any(v != v[0]):
                 size = np.abs(v[0]) + np.abs(v[1])
@@ -315,6 +353,8 @@ class _Model:
 
     def line(self, value: Any, X: Any, k: int) -> Tuple[Any, Any]:
         """Values at the start of the factors, and slopes (values x factors), of what is linear in y."""
+        if np.ndim(X) > 1:
+            raise TypeError("one X at a time")
         step, base = 0.5 * self.given.width, value(X, self.given.start, k)
         moved = [value(X, self.given.start + step * e, k) - base for e in np.eye(self.given.k)]
         return base, np.array(moved).T.reshape(base.size, -1) / step
@@ -387,6 +427,8 @@ class _Model:
         bound = [up[r] if sign > 0.0 else -low[r] for _, r, sign, _ in entries]
         kept = self._add_rows(fun, np.r_[np.full(len(entries), -np.inf), zeros], np.r_[bound, zeros])
         self.robust[len(self.rows) - 1] = _Rows(number, value, [entries[i] for i in kept if i < len(entries)], True)
+        for h, w, t in getattr(dual, "cones", ()):
+            self.rows += [_cone(h, i + w, i + t) for i in range(first, first + lower.size, size)]
 
     def _add_equation(self, name: str, value: Any, low: Vector, up: Vector, degree: int) -> None:
         """An equation for every y: at the start of the factors, and its slopes along the set are 0."""
@@ -416,6 +458,16 @@ class _Model:
             if isinstance(row, LinearConstraint) and row.A_x is not None:
                 row.A_x = np.pad(row.A_x, ((0, 0), (0, self.start.size - row.A_x.shape[1])))
         return found
+
+
+def _extended(names: Any, *more: Any) -> List[str]:
+    """Names of the solver's variables: those given, else letter[0] and so on up to each end."""
+    found = [] if names is None else list(names)
+    at = 0
+    for letter, end in zip(more[::2], more[1::2]):
+        found += [f"{letter}[{j - at}]" for j in range(max(at, len(found)), end)]
+        at = end
+    return found
 
 
 def _dense(matrix: Any, columns: int, name: str) -> Vector:
@@ -530,7 +582,9 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         objective.jac and (lambda X, W: objective.jac(X, W, 0).ravel() + prices * np.r_[X, W]),
         objective.hess and (lambda X, W: objective.hess(X, W, 0, np.ones(1)) + np.diag(prices)),
         list(zip(model.lower, model.upper)), list(zip(np.r_[low, -states], np.r_[up, states])), every,
-        callback and (lambda X, W: callback(*model.parts(X, W, 0)[:2])), options, check_derivatives=check)
+        callback and (lambda X, W: callback(*model.parts(X, W, 0)[:2])), options, check_derivatives=check,
+        names_x=_extended(names.get("x"), "x", model.nx, "rule", model.end, "t", model.start.size),
+        names_y=_extended(model.factor_names(names.get("y")), "y", given.k, "s", model.w0.size)[:model.w0.size])
     names["constraints"] = [row.name for row in rows] + ["bounds of Recourse"]
     return _result(model, inner, through_t, names, (value, [r for r in rows if r.player != "max"], recourse, *limits))
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws the pictures of docs/gallery.md.
 
-    PYTHONPATH=build/release/python python3 adapter/python/examples/pictures.py docs/gallery
+    PYTHONPATH=build/release/python python3 examples/python/pictures.py docs/gallery
 
 The same pictures have the same bytes, but for the times of the scaling one.
 """
