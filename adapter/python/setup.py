@@ -23,8 +23,8 @@ HERE = Path(__file__).resolve().parent
 SOURCE = HERE / "cpp" if (HERE / "cpp" / "CMakeLists.txt").exists() else HERE.parents[1]
 
 #: Libraries of every Linux, by the beginning of their names.
-SYSTEM = ("linux-vdso", "ld-linux", "libc.so", "libm.so", "libdl.so", "libpthread.so", "librt.so",
-          "libresolv.so", "libutil.so", "libstdc++.so", "libgcc_s.so")
+SYSTEM = ("linux-vdso ld-linux libc.so libm.so libdl.so libpthread.so librt.so libresolv.so libutil.so libstdc++.so "
+          "libgcc_s.so").split()
 
 
 class SourceDistribution(sdist):
@@ -46,32 +46,12 @@ class SourceDistribution(sdist):
                 shutil.copyfile(path, target)
 
 
-def run_with_progress(command):
-    """Prints what the command prints, and how far it is on the terminal, where pip hides the rest."""
-    try:
-        terminal = open("/dev/tty", "w") if os.isatty(os.open("/dev/tty", os.O_WRONLY)) else None
-    except OSError:
-        terminal = None
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as job:
-        for line in job.stdout:
-            print(line, end="", flush=True)
-            step = re.match(r"\[ *(\d+%|\d+/\d+)\]", line)
-            if terminal is not None and step:
-                terminal.write(f"\rcompiling ipminmax: {step.group(1)} ")
-                terminal.flush()
-    if terminal is not None:
-        terminal.write("\n")
-        terminal.close()
-    if job.returncode != 0:
-        raise RuntimeError(f"{' '.join(map(str, command))} failed")
-
-
 def needed_libraries(binary):
     """Names and files of the shared libraries that a binary loads, those of every Linux left out."""
     found = {}
     for line in subprocess.check_output(["ldd", str(binary)], text=True).splitlines():
         match = re.match(r"\s*(\S+) => (/\S+)", line)
-        if match and not match.group(1).startswith(SYSTEM):
+        if match and not match.group(1).startswith(tuple(SYSTEM)):
             found[match.group(1)] = Path(match.group(2)).resolve()
     return found
 
@@ -122,10 +102,9 @@ class CMakeBuild(build_ext):
     def build_extension(self, extension):
         work = Path(self.build_temp).resolve()
         target = Path(self.get_ext_fullpath(extension.name)).resolve()
-        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG",
-                     "-DIPMINMAX_BUILD_TESTS=OFF", "-DIPMINMAX_BUILD_EXAMPLES=OFF",
-                     "-DIPMINMAX_BUILD_CASADI=OFF", "-DIPMINMAX_MPI=OFF", "-DIPMINMAX_PRECOMPILE=ON",
-                     f"-DPython3_EXECUTABLE={sys.executable}"]
+        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG", "-DIPMINMAX_BUILD_TESTS=OFF",
+                     "-DIPMINMAX_BUILD_EXAMPLES=OFF", "-DIPMINMAX_BUILD_CASADI=OFF", "-DIPMINMAX_MPI=OFF",
+                     "-DIPMINMAX_PRECOMPILE=ON", f"-DPython3_EXECUTABLE={sys.executable}"]
         try:
             import pybind11
             arguments.append(f"-Dpybind11_DIR={pybind11.get_cmake_dir()}")
@@ -134,9 +113,8 @@ class CMakeBuild(build_ext):
         arguments += shlex.split(os.environ.get("CMAKE_ARGS", ""))
         if shutil.which("ninja"):
             arguments.append("-GNinja")
-        run_with_progress(["cmake", "-S", SOURCE, "-B", work, *arguments])
-        run_with_progress(["cmake", "--build", work, "--target", "ipminmax_python", "-j",
-                           str(os.cpu_count())])
+        subprocess.check_call(["cmake", "-S", SOURCE, "-B", work, *arguments])
+        subprocess.check_call(["cmake", "--build", work, "--target", "ipminmax_python", "-j", str(os.cpu_count())])
         built = list((work / "python" / "ipminmax").glob("_core.*.so"))
         if len(built) != 1:
             raise RuntimeError("NumPy, Python's headers or pybind11 was not found by CMake")

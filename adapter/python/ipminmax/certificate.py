@@ -98,8 +98,7 @@ class Certificate:
     def nothing(reason: str) -> "Certificate":
         """Makes the certificate of a point of which nothing is known, with the reason."""
         none = Inertia(0, 0, 0)
-        return Certificate(
-            kind=PointKind.UNKNOWN_POINT, second_order=SecondOrder.NOT_TESTED, inner=none,
+        return Certificate(kind=PointKind.UNKNOWN_POINT, second_order=SecondOrder.NOT_TESTED, inner=none,
             inner_expected=none, full=none, full_expected=none, margin=0.0, licq_min=False,
             licq_max=False, weakly_active_min=0, weakly_active_max=0, finite_differences=False,
             hessian_error=0.0, hessian_disagrees=False, least_curvature=0.0,

@@ -6,6 +6,7 @@ from typing import Any, Callable, List, Optional, Tuple
 import numpy as np
 
 from .differences import Vector
+from .pattern import is_sparse
 from .problem import to_floats
 
 
@@ -42,10 +43,6 @@ class LinearConstraint:
     ub: Any = np.inf
     player: Optional[str] = None
     name: Optional[str] = None
-
-
-def _is_sparse(matrix: Any) -> bool:
-    return hasattr(matrix, "tocoo")
 
 
 class Row:
@@ -119,7 +116,7 @@ def _stacked(A_x: Any, A_y: Any, nx: int, ny: int, name: str) -> Any:
     rows = 0
     blocks: List[Any] = []
     for matrix, which, columns in ((A_x, "A_x", nx), (A_y, "A_y", ny)):
-        if matrix is not None and not _is_sparse(matrix):
+        if matrix is not None and not is_sparse(matrix):
             matrix = np.atleast_2d(to_floats(matrix, f"{which} of {name}"))
         if matrix is not None:
             if len(matrix.shape) != 2 or matrix.shape[1] != columns:
@@ -133,7 +130,7 @@ def _stacked(A_x: Any, A_y: Any, nx: int, ny: int, name: str) -> Any:
     if len(given) == 2 and given[0].shape[0] != given[1].shape[0]:
         raise ValueError(f"A_x and A_y of {name} have {given[0].shape[0]} and {given[1].shape[0]} "
                          "rows")
-    if any(b is not None and _is_sparse(b) for b in blocks):
+    if any(b is not None and is_sparse(b) for b in blocks):
         import scipy.sparse
         blocks = [scipy.sparse.csr_matrix((rows, columns)) if b is None else b
                   for b, columns in zip(blocks, (nx, ny))]
@@ -165,20 +162,19 @@ def read_constraint(given: Any, name: str, nx: int, ny: int) -> Row:
     """Converts a constraint, in any of its forms, to a Row; name: of one that has none."""
     name = str(getattr(given, "name", None) or name)
     if isinstance(given, Constraint):
-        return Row(name, given.lb, given.ub, given.player).with_functions(
-            given.fun, given.jac, given.hess)
+        return Row(name, given.lb, given.ub, given.player).with_functions(given.fun, given.jac, given.hess)
     if isinstance(given, LinearConstraint):
         return Row(name, given.lb, given.ub, given.player).with_matrix(
             _stacked(given.A_x, given.A_y, nx, ny, name), nx)
     if isinstance(given, dict):
         return _from_dictionary(given, name, nx, ny)
     if hasattr(given, "A") and hasattr(given, "lb") and hasattr(given, "ub"):
-        matrix = given.A if _is_sparse(given.A) else np.atleast_2d(to_floats(given.A, f"A of {name}"))
+        matrix = given.A if is_sparse(given.A) else np.atleast_2d(to_floats(given.A, f"A of {name}"))
         if matrix.shape[1] != nx + ny:
             raise ValueError(f"A of {name} has {matrix.shape[1]} columns, but there are {nx + ny} "
                              "variables, x and y")
         return Row(name, given.lb, given.ub, getattr(given, "player", None)).with_matrix(
-            matrix.tocsr() if _is_sparse(matrix) else matrix, nx)
+            matrix.tocsr() if is_sparse(matrix) else matrix, nx)
     if hasattr(given, "fun") and hasattr(given, "lb") and hasattr(given, "ub"):
         # scipy.optimize.NonlinearConstraint; its hess is a quasi-Newton strategy unless it is given.
         hess = given.hess if callable(getattr(given, "hess", None)) else None
@@ -199,8 +195,7 @@ def read_bounds(bounds: Any, size: int, name: str) -> Tuple[Vector, Vector]:
         try:
             pairs = list(bounds)
         except TypeError:
-            raise TypeError(f"{name} is {bounds!r:.60}; it must be pairs or scipy.optimize.Bounds"
-                            ) from None
+            raise TypeError(f"{name} is {bounds!r:.60}; it must be pairs or scipy.optimize.Bounds") from None
         if len(pairs) == 2 and all(b is None or np.isscalar(b) for b in pairs):
             pairs = [tuple(pairs)] * size
         if len(pairs) != size:

@@ -70,8 +70,7 @@ class Box:
 
     def steps(self, v: Vector) -> Vector:
         """Steps of central differences, larger than the rounding of v."""
-        return np.minimum(np.maximum(_STEP * self.lengths(v), 64.0 * _EPSILON * np.abs(v)),
-                          0.25 * self._half)
+        return np.minimum(np.maximum(_STEP * self.lengths(v), 64.0 * _EPSILON * np.abs(v)), 0.25 * self._half)
 
     def inward(self, v: Vector, direction: Vector, scale: float = 1.0) -> Vector:
         """Returns direction times lengths, with signs that lead away from near bounds."""
@@ -199,10 +198,9 @@ def _slope(function: Function, v: Vector, direction: Vector, step: float
 
 def mismatch(function: Function, derivative: Callable[[Vector], Vector], v: Vector, direction: Vector,
              box: Box) -> Optional[Tuple[int, float, float, Vector]]:
-    """Whether derivative(d), the slopes along d that are claimed at v, are not those of the values:
-    (value, claimed, found, d) of the worst, None where they agree or nothing can be said (undefined, a
-    kink, noise: differences with two steps must agree better with each other than with what is
-    claimed). direction: over the lengths."""
+    """Whether derivative(d), the slopes along d that are claimed at v, are not those of the values: (value, claimed,
+    found, d) of the worst, None where they agree or nothing can be said (undefined, a kink, noise: differences with
+    two steps must agree better with each other than with what is claimed). direction: over the lengths."""
     for scale in _SCALES:
         along, step = box.inward(v, direction, scale), scale * _STEP
         claimed, first = derivative(along), _slope(function, v, along, step)
@@ -233,8 +231,7 @@ def _directions(size: int, random: np.random.Generator) -> Iterator[Vector]:
     """Each variable is moved in one of at most 64 directions."""
     group = random.permutation(size) % _DIRECTIONS
     for k in range(min(size, _DIRECTIONS)):
-        yield np.where(group == k, random.uniform(0.5, 1.0, size) * random.choice([-1.0, 1.0], size),
-                       0.0)
+        yield np.where(group == k, random.uniform(0.5, 1.0, size) * random.choice([-1.0, 1.0], size), 0.0)
 
 
 def _analytic_at(function: Function, v: Vector, box: Box, random: np.random.Generator) -> bool:
@@ -324,8 +321,7 @@ class Derivative:
 
 
 def check_given(function: Function, derivative: Function, v: Vector, box: Box,
-                name: Callable[[int], str],
-                variable: Callable[[int], str] = "variable {}".format) -> Optional[str]:
+                name: Callable[[int], str], variable: Callable[[int], str] = "variable {}".format) -> Optional[str]:
     """Checks a derivative (rows: values, or one row) at v along one random direction, by three more calls
     of the function. Returns what is wrong, or None."""
     random = np.random.default_rng(271828)
@@ -334,8 +330,7 @@ def check_given(function: Function, derivative: Function, v: Vector, box: Box,
         given = derivative(v)
     except ArithmeticError:  # undefined
         return None
-    matrix = given if hasattr(given, "__matmul__") and not isinstance(given, np.ndarray) else (
-        np.atleast_2d(given))
+    matrix = given if hasattr(given, "__matmul__") and not isinstance(given, np.ndarray) else (np.atleast_2d(given))
     if getattr(matrix, "shape", (0, v.size))[-1] != v.size:
         return None  # the solver says so
 

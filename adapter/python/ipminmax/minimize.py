@@ -12,8 +12,7 @@ import numpy.typing as npt
 from . import _core
 from .certificate import Certificate
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
-from .differences import (Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector,
-                          check_given)
+from .differences import (Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given)
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
 from .report import Progress
@@ -271,8 +270,7 @@ class _Game:
             self.notes.append(note)
         if missing:
             return {} if pattern is None else {"hessianstructure": self._given_structure(pattern)}
-        functions: List[Callable[[Vector, Vector], Any]] = [
-            lambda v, _: self._timed(hess, v, *self.args)]
+        functions: List[Callable[[Vector, Vector], Any]] = [lambda v, _: self._timed(hess, v, *self.args)]
         for row in nonlinear:
             functions.append(lambda v, weights, h=row.hess: self._timed(  # type: ignore[misc]
                 h, v, weights))
@@ -288,10 +286,8 @@ class _Game:
         def hessian(v: Vector, lagrange: Vector, factor: float) -> Vector:
             weights = [np.array([factor])] + [lagrange[place] for place in places]
             factors = [factor] + [1.0] * len(places)
-            return np.concatenate([
-                scale * p.values(f(v, w))[low] if w.any() else np.zeros(size)
-                for scale, p, f, w, low, size in zip(factors, patterns, functions, weights, lower,
-                                                     entries)])
+            return np.concatenate([scale * p.values(f(v, w))[low] if w.any() else np.zeros(size)
+                for scale, p, f, w, low, size in zip(factors, patterns, functions, weights, lower, entries)])
 
         structure = tuple(np.concatenate([getattr(p, side)[low] for p, low in zip(patterns, lower)])
                           for side in ("rows", "cols"))
@@ -351,8 +347,7 @@ def _start(values: Any, name: str) -> Vector:
 
 def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]
              ) -> Problem:
-    functions = types.SimpleNamespace(
-        objective=game.objective, gradient=game.gradient, constraints=game.constraints,
+    functions = types.SimpleNamespace(objective=game.objective, gradient=game.gradient, constraints=game.constraints,
         jacobian=game.jacobian, jacobianstructure=game.jacobianstructure,
         constraint_rows=game.constraint_rows, jacobian_rows=game.jacobian_rows,
         objective_over=game.objective_over, constraints_over=game.constraints_over,
@@ -377,8 +372,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
                       game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
-                      np.concatenate([s[1] for s in sides]) if sides else None, players,
-                      game.owners(), game.names)
+                      np.concatenate([s[1] for s in sides]) if sides else None, players, game.owners(), game.names)
     of = weakref.ref(problem)
     problem.check_derivatives = False  # here it is done for one function after the other
     if not options.pop("disp", False):
@@ -402,12 +396,10 @@ def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
     """Of a solve that had no time to begin."""
     message = "the time limit passed before the first iterate: this is the starting point"
     m = sum(row.size for row in game.rows)
-    return v0, {"x": v0, "g": np.full(m, np.nan), "obj_val": np.nan, "mult_g": np.zeros(m),
-                "mult_x_L": np.zeros(v0.size), "mult_x_U": np.zeros(v0.size),
-                "status": _core.STATUS_OF_TIME_LIMIT, "status_name": "max wall time",
-                "status_msg": message, "interrupted": False,
-                "certificate": Certificate.nothing(message), "worst_case": None, "worst_cases": [],
-                "proofs": [], "points": [], "statements": [message],
+    return v0, {"x": v0, "g": np.full(m, np.nan), "obj_val": np.nan, "mult_g": np.zeros(m), "mult_x_L": np.zeros(v0.size),
+                "mult_x_U": np.zeros(v0.size), "status": _core.STATUS_OF_TIME_LIMIT, "status_name": "max wall time",
+                "status_msg": message, "interrupted": False, "certificate": Certificate.nothing(message),
+                "worst_case": None, "worst_cases": [], "proofs": [], "points": [], "statements": [message],
                 "history": np.zeros((0, 5)), "statistics": {"iterations": 0}, "derivative_error": None}
 
 
@@ -422,8 +414,7 @@ def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Ve
         if info["interrupted"] or not np.all(np.isfinite(v)):
             return v, info
         solved = info["status"] in (0, 1)
-        places = [v] + [point["x"] for point in info["points"]] + (
-            [] if solved else game.complex_steps_on_the_way())
+        places = [v] + [point["x"] for point in info["points"]] + ([] if solved else game.complex_steps_on_the_way())
         failed = [name for at in places for name in game.complex_steps_fail(at)]
         if failed:
             where = "near the answer" if solved else "on the way"
@@ -480,15 +471,13 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
         message.append("another y is worse at this x" + (
             f": fun = {worst['value']:.9g} there" if worst["value"] is not None else ""))
     statistics = info["statistics"]
-    return MinmaxResult(
-        x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, info["obj_val"]),
+    return MinmaxResult(x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, info["obj_val"]),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
         message="\n".join(message + game.notes + (game.note_about_owners() if problem else [])), certificate=info["certificate"], worst_case=worst,
         worst_cases=[worst_case(found) for found in info["worst_cases"]],
         proofs=[proof(found) for found in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
-                for p in info["points"]],
-        nit=statistics["iterations"], nfev=game.nfev,
+                for p in info["points"]], nit=statistics["iterations"], nfev=game.nfev,
         statements=info["statements"], multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],
         names={**game.given_names, "constraints": [row.name for row in game.rows]},
         derivatives=game.describe_derivatives(), info=info, problem=problem)
@@ -500,8 +489,7 @@ def _listed(constraints: Any) -> List[Any]:
     try:
         return list(constraints)
     except TypeError:
-        raise TypeError(f"constraints is {constraints!r:.60}, not a constraint or a sequence of them"
-                        ) from None
+        raise TypeError(f"constraints is {constraints!r:.60}, not a constraint or a sequence of them") from None
 
 
 def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt.ArrayLike] = None,
@@ -518,30 +506,27 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
 
     fun(x, y, *args)   returns a number; x (nx) and y (ny) are arrays
     x0 (nx), y0 (ny)   starting point
-    jac                jac(x, y, *args) returns the gradient: nx + ny numbers, or a tuple of the two
-                       parts. True: fun returns (value, gradient). "cs": complex steps. "3-point":
-                       differences. None: complex steps if they agree with differences around the
-                       start and at the answer, else differences
-    hess               hess(x, y, *args) returns the Hessian in (x, y): (nx + ny) x (nx + ny), array or
-                       scipy.sparse, symmetric. It is used if all constraints that are not linear have
-                       one, too. None: differences of first derivatives
-    hess_pattern       without hess: array or scipy.sparse, (nx + ny) x (nx + ny), nonzero if the
-                       Hessian of fun or a constraint may be. None: the pattern is detected, with about
-                       20 gradients per variable at worst
+    jac                jac(x, y, *args) returns the gradient: nx + ny numbers, or a tuple of the two parts. True: fun
+                       returns (value, gradient). "cs": complex steps. "3-point": differences. None: complex steps if
+                       they agree with differences around the start and at the answer, else differences
+    hess               hess(x, y, *args) returns the Hessian in (x, y): (nx + ny) x (nx + ny), array or scipy.sparse,
+                       symmetric. It is used if all constraints that are not linear have one, too. None: differences
+                       of first derivatives
+    hess_pattern       without hess: array or scipy.sparse, (nx + ny) x (nx + ny), nonzero if the Hessian of fun or a
+                       constraint may be. None: the pattern is detected, with about 20 gradients per variable at worst
     bounds_x, bounds_y pairs, one for all or one per variable, or scipy.optimize.Bounds
-    constraints        a Constraint or LinearConstraint of this package or of scipy.optimize, a
-                       NonlinearConstraint of scipy.optimize (fun takes x and y), a dict as in SciPy,
-                       or a sequence of these
+    constraints        a Constraint or LinearConstraint of this package or of scipy.optimize, a NonlinearConstraint of
+                       scipy.optimize (fun takes x and y), a dict as in SciPy, or a sequence of these
     callback           callback(x, y), called at each iterate; False or StopIteration stops
-    options            those of docs/options.md, "disp": True for the log, written to sys.stdout, and
-                       "progress": True for a line of progress on sys.stderr
-    check_derivatives  whether to compare a given jac with differences along one direction, at the
-                       start and at the answer, by four calls of the function each. A wrong jac gives a
-                       DerivativeWarning; if it is wrong at the answer, the result is no success
+    options            those of docs/options.md, "disp": True for the log, written to sys.stdout, and "progress": True
+                       for a line of progress on sys.stderr
+    check_derivatives  whether to compare a given jac with differences along one direction, at the start and at the
+                       answer, by four calls of the function each. A wrong jac gives a DerivativeWarning; if it is
+                       wrong at the answer, the result is no success
     tol                the option tol, unless options contains it
     names_x, names_y   names of the variables in messages, instead of x[0], y[0] and so on
-    uncertainty        set of ipminmax.sets in which y lies; then y0 need not be given, constraints that
-                       read y hold for every y unless they have player="max", and minmax_epigraph is on
+    uncertainty        set of ipminmax.sets in which y lies; then y0 need not be given, constraints that read y hold
+                       for every y unless they have player="max", and minmax_epigraph is on
     recourse           Recourse: fun and constraints then take (x, y, z), or (x, y, z, s)
     exact              whether to replace constraints linear in y by a formula of their largest value
 
@@ -566,10 +551,8 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
     v0 = np.concatenate([start_x, start_y])
     if v0.size == 0:
         raise ValueError("x0 and y0 are empty")
-    sides = [read_bounds(bounds_x, start_x.size, "bounds_x"),
-             read_bounds(bounds_y, start_y.size, "bounds_y")]
-    box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]),
-              v0)
+    sides = [read_bounds(bounds_x, start_x.size, "bounds_x"), read_bounds(bounds_y, start_y.size, "bounds_y")]
+    box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]), v0)
     rows = [read_constraint(c, f"constraints[{k}]", start_x.size, start_y.size)
             for k, c in enumerate(_listed(constraints))]
     game = _Game(fun, v0, start_x.size, args, box, _Clock(options))

@@ -61,8 +61,7 @@ class Pattern:
             raise TypeError(f"{self.name} must be either always or never sparse")
         if not self.is_sparse:
             values = to_floats(matrix, f"what {self.name} returned")
-            if values.size != self.shape[0] * self.shape[1] or values.ndim > 1 and (
-                    values.shape != self.shape):
+            if values.size != self.shape[0] * self.shape[1] or values.ndim > 1 and (values.shape != self.shape):
                 raise ValueError(f"{self.name} has shape {values.shape}, expected {self.shape}")
             places = np.flatnonzero(values)  # NaN is nonzero
             return places, values.ravel()[places]
@@ -109,8 +108,7 @@ def lower_triangle(pattern: Pattern) -> npt.NDArray[np.bool_]:
     """Selects the entries of a Hessian's pattern that are read: the lower triangle."""
     n = pattern.shape[1]
     upper = pattern.cols > pattern.rows
-    mirrored = np.isin(pattern.cols[upper] * n + pattern.rows[upper],
-                       pattern.rows[~upper] * n + pattern.cols[~upper])
+    mirrored = np.isin(pattern.cols[upper] * n + pattern.rows[upper], pattern.rows[~upper] * n + pattern.cols[~upper])
     if not np.all(mirrored):
         at = np.flatnonzero(upper)[np.argmin(mirrored)]
         i, j = int(pattern.rows[at]), int(pattern.cols[at])

@@ -1,5 +1,4 @@
-"""Pictures of a game. Needs Matplotlib; each function draws into axes (a new figure without) and
-returns them."""
+"""Pictures of a game. Needs Matplotlib; each function draws into axes (a new figure without) and returns them."""
 
 from typing import Any, Callable, List, NamedTuple, Optional, Tuple
 
@@ -46,8 +45,7 @@ def maxima(fun: Callable[..., Any], x: npt.ArrayLike, y0: npt.ArrayLike, bounds_
 
 def segment(fun: Callable[..., Any], first: Tuple[Any, Any], second: Tuple[Any, Any],
             bounds_y: Any = None, count: int = 41, starts: int = 10) -> Segment:
-    """fun, its local maxima over y and phi = max over y along the way from the point first = (x, y)
-    to second."""
+    """fun, its local maxima over y and phi = max over y along the way from the point first = (x, y) to second."""
     ends = [[np.atleast_1d(np.asarray(part, dtype=float)) for part in point]
             for point in (first, second)]
     share = np.linspace(0.0, 1.0, count)
@@ -82,8 +80,7 @@ def draw_worst_cases(result: MinmaxResult, axes: Any = None, first: int = 0, sec
     single = result.y.size < 2
     for case in result.worst_cases:
         height = case.value if single else case.y[second]
-        axes.plot(case.y[first], height, "o", color="tab:red", ms=8,
-                  fillstyle="full" if case.active else "none")
+        axes.plot(case.y[first], height, "o", color="tab:red", ms=8, fillstyle="full" if case.active else "none")
     axes.set_xlabel(f"y[{first}]")
     axes.set_ylabel("value" if single else f"y[{second}]")
     return axes

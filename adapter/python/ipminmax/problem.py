@@ -50,8 +50,7 @@ def to_count(value: Any, name: str) -> int:
 
 
 def to_players(players: Any, size: int, name: str) -> npt.NDArray[np.intc]:
-    """Array of 0 (Min) and 1 (Max) from numbers, booleans, the strings "min" and "max", or one string
-    for all."""
+    """Array of 0 (Min) and 1 (Max) from numbers, booleans, the strings "min" and "max", or one string for all."""
     names = {"min": MIN, "max": MAX}
 
     def number(i: int, player: Any) -> int:
@@ -121,8 +120,7 @@ def _structure(functions: Any, name: str, rows: int, cols: int
     found = method()
     if not isinstance(found, (tuple, list, np.ndarray)) or getattr(found, "ndim", 1) == 0 or len(found) != 2:
         raise TypeError(f"{name} must return a pair (rows, cols), not {found!r:.60}")
-    pair = (to_indices(found[0], rows, f"rows of {name}"),
-            to_indices(found[1], cols, f"cols of {name}"))
+    pair = (to_indices(found[0], rows, f"rows of {name}"), to_indices(found[1], cols, f"cols of {name}"))
     if pair[0].size != pair[1].size:
         raise ValueError(f"{name} returned {pair[0].size} rows and {pair[1].size} columns")
     return pair
@@ -220,8 +218,7 @@ class Problem:
         variable_lower, variable_upper, lower, upper = self._bounds
         self._solver: Optional[_core.Problem] = _core.Problem(
             n, m, methods, variable_lower, variable_upper, lower, upper, self._players,
-            None if owners is None else to_players(owners, m, "constraint_players"), *jac, *hess,
-            self._pattern_only)
+            None if owners is None else to_players(owners, m, "constraint_players"), *jac, *hess, self._pattern_only)
         if names is not None:
             names = [str(name) for name in names]
             if len(names) != n:
@@ -256,8 +253,7 @@ class Problem:
                             g_scaling: Any = None) -> None:
         """Sets factors of f, of the variables (n) and of the constraints (m). They need the option
         nlp_scaling_method user-scaling."""
-        self._core.set_scaling(float(obj_scaling),
-                               None if x_scaling is None else to_floats(x_scaling, "x_scaling"),
+        self._core.set_scaling(float(obj_scaling), None if x_scaling is None else to_floats(x_scaling, "x_scaling"),
                                None if g_scaling is None else to_floats(g_scaling, "g_scaling"))
 
     def set_bounds(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None) -> None:
@@ -282,20 +278,18 @@ class Problem:
         status, status_name, status_msg      Ipopt's number, why the solve stopped, the message
         interrupted                 whether Ctrl-C ended the solve
         certificate                 Certificate
-        worst_case                  dict of starts, maxima, competing, higher, unbounded,
-                                    single_branch, stated_concave, value, x with the worst y; None
-                                    without a search (minmax_worst_case_starts, minmax_starts)
-        worst_cases                 list of dicts of constraint (m: the objective), value, multiplier,
-                                    active, age (solves since the full search over y), x with that y: of
-                                    robust constraints and minmax_epigraph
-        proofs                      list of dicts of constraint (-1: the objective), least, seen,
-                                    proved, complete, boxes, x with the worst y seen, message: with
-                                    minmax_worst_case_proof
-        points                      list of dicts of x, value, found, first_start, margin: certified
-                                    points of a multistart (minmax_starts), the best first
-        statements                  four texts: why the solve stopped (then, on further lines, what to
-                                    do), what the point is locally, what was searched over all of y
-                                    and over x
+        worst_case                  dict of starts, maxima, competing, higher, unbounded, single_branch,
+                                    stated_concave, value, x with the worst y; None without a search
+                                    (minmax_worst_case_starts, minmax_starts)
+        worst_cases                 list of dicts of constraint (m: the objective), value, multiplier, active, age
+                                    (solves since the full search over y), x with that y: of robust constraints and
+                                    minmax_epigraph
+        proofs                      list of dicts of constraint (-1: the objective), least, seen, proved, complete,
+                                    boxes, x with the worst y seen, message: with minmax_worst_case_proof
+        points                      list of dicts of x, value, found, first_start, margin: certified points of a
+                                    multistart (minmax_starts), the best first
+        statements                  four texts: why the solve stopped (then, on further lines, what to do), what the
+                                    point is locally, what was searched over all of y and over x
         statistics                  dict of counts, seconds and errors
         history                     iterations x 5: iteration, objective, inf_pr, inf_du, mu
         derivative_error            what is wrong with gradient or jacobian, or None
@@ -364,8 +358,7 @@ class Problem:
             return None
         box = Box(self._bounds[0], self._bounds[1], start)
         wrong = check_given(lambda at: self._returned("objective", at),
-                            lambda at: self._returned("gradient", at), v, box,
-                            lambda _: "objective's gradient")
+                            lambda at: self._returned("gradient", at), v, box, lambda _: "objective's gradient")
         if wrong is None and self.m > 0:
             wrong = check_given(lambda at: self._returned("constraints", at), self._row_slopes, v, box,
                                 lambda row: f"jacobian of constraint {row}")

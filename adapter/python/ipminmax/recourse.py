@@ -123,8 +123,7 @@ class Policy:
     def _basis(self, y: Any) -> Any:
         v = ((y.T - self._center) / self._width).T
         first, second = self._pairs
-        return np.concatenate([np.ones((1, *v.shape[1:])), v, v[first] * v[second]] if first.size else
-                              [np.ones((1, *v.shape[1:])), v])
+        return np.concatenate([np.ones((1, *v.shape[1:])), v] + ([v[first] * v[second]] if first.size else []))
 
     def _all(self, free: Any) -> Any:
         matrix = np.zeros(self._free.shape, dtype=free.dtype)

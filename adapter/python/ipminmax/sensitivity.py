@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-
-_Vector = npt.NDArray[np.float64]
+from .differences import Vector as _Vector
 
 
 class NoSensitivity(RuntimeError):
@@ -25,12 +24,8 @@ class ActiveSetChange(NamedTuple):
     enters: bool
 
     def __str__(self) -> str:
-        return "{} {} {} its {} bound".format(
-            "constraint" if self.of_constraint else "variable",
-            self.index,
-            "reaches" if self.enters else "leaves",
-            "upper" if self.upper else "lower",
-        )
+        return (f"{'constraint' if self.of_constraint else 'variable'} {self.index} "
+                f"{'reaches' if self.enters else 'leaves'} its {'upper' if self.upper else 'lower'} bound")
 
 
 class Sensitivity:
@@ -64,9 +59,8 @@ class Sensitivity:
 
     def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
                 ) -> Dict[str, Any]:
-        """Predicts the linearized solution after a whole change of the bounds, obj to second order. Also
-        "share" (1: all of the change could be followed, else "message" says why not) and "changes",
-        a list of ActiveSetChange."""
+        """Predicts the linearized solution after a whole change of the bounds, obj to second order. Also "share" (1:
+        all of the change could be followed, else "message" says why not) and "changes", a list of ActiveSetChange."""
         return self._named(self._call(self._core.predict, lb, ub, cl, cu))
 
     def react(self, dx: npt.ArrayLike) -> Dict[str, Any]:

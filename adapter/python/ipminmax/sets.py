@@ -307,8 +307,7 @@ class UncertaintySet:
             found.append(LinearConstraint(None, np.pad(self.matrix, ((0, 0), (0, more))), self.row_lower,
                                           self.row_upper, player="max"))
         for s in self.smooth:
-            found.append(Constraint(
-                lambda x, w, s=s: s.value(w[:self.k]), ub=0.0, player="max",
+            found.append(Constraint(lambda x, w, s=s: s.value(w[:self.k]), ub=0.0, player="max",
                 jac=lambda x, w, s=s: np.r_[np.zeros(nx), s.gradient(w[:self.k]), np.zeros(more)][None],
                 hess=lambda x, w, m, s=s: np.pad(m[0] * s.hessian(w[:self.k]), (nx, more))))
         return found
@@ -332,8 +331,7 @@ class UncertaintySet:
     def _inside(self) -> Any:
         """Factors far from all sides; ValueError where there are none."""
         guess = np.clip(0.0, np.maximum(self.lower, -1e19), np.minimum(self.upper, 1e19))
-        found = None if np.any(self.lower > self.upper) else self._solved(
-            lambda v, _: v[self.k], np.r_[guess, 1.0])
+        found = None if np.any(self.lower > self.upper) else self._solved(lambda v, _: v[self.k], np.r_[guess, 1.0])
         if found is None or not found.success or found.x[self.k] > _INSIDE:
             raise ValueError(f"the {type(self).__name__.strip('_').lower()} is empty: no y meets all of its "
                              "rows" + ("" if found is None or found.success else f" ({found.message})"))
@@ -474,8 +472,7 @@ class Budget(UncertaintySet):
     def worst_factors(self, gain: Vector) -> Vector:
         parts = gain.reshape(len(self._signs), -1)
         best = parts.max(axis=0, initial=0.0)
-        return np.where(parts == best, _knapsack(best, 0.0 * best + min(1.0, self._gamma), self._gamma), 0.0
-                        ).ravel()
+        return np.where(parts == best, _knapsack(best, 0.0 * best + min(1.0, self._gamma), self._gamma), 0.0).ravel()
 
 
 class Cardinality(Budget):

@@ -460,13 +460,11 @@ class _Model:
         return found
 
 
-def _extended(names: Any, *more: Any) -> List[str]:
+def _extended(names: Any, *more: Tuple[str, int]) -> List[str]:
     """Names of the solver's variables: those given, else letter[0] and so on up to each end."""
-    found = [] if names is None else list(names)
-    at = 0
-    for letter, end in zip(more[::2], more[1::2]):
-        found += [f"{letter}[{j - at}]" for j in range(max(at, len(found)), end)]
-        at = end
+    found, at = list(names or ()), 0
+    for letter, end in more:
+        found, at = found + [f"{letter}[{j - at}]" for j in range(max(at, len(found)), end)], end
     return found
 
 
@@ -521,8 +519,7 @@ def _add_objective(model: _Model, f: _Function) -> Tuple[_Function, bool]:
         return f, False
     t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]),
                      np.full(1, -np.inf))
-    model.add(None, "", _Function(
-        lambda X, W, k: f.value(X, W, k) - X[t],
+    model.add(None, "", _Function(lambda X, W, k: f.value(X, W, k) - X[t],
         f.jac and (lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), np.full(1, -np.inf), np.zeros(1))
     return _Function(lambda X, W, k: X[t:t + 1], lambda X, W, k: np.eye(1, X.size + W.size, t),
                      lambda X, W, k, w: np.zeros((X.size + W.size,) * 2)), True
@@ -577,14 +574,13 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         prices[model.nx:model.end] = 2.0 * model.policy.prices
     low, up = (np.clip(side, -given.reach, given.reach)[:model.w0.size] for side in (given.lower, given.upper))
     states = np.full(model.w0.size - low.size, np.inf)
-    inner = minimize_minmax(
-        lambda X, W: objective.value(X, W, 0)[0] + model.price(X), model.start, model.w0, (),
+    inner = minimize_minmax(lambda X, W: objective.value(X, W, 0)[0] + model.price(X), model.start, model.w0, (),
         objective.jac and (lambda X, W: objective.jac(X, W, 0).ravel() + prices * np.r_[X, W]),
         objective.hess and (lambda X, W: objective.hess(X, W, 0, np.ones(1)) + np.diag(prices)),
         list(zip(model.lower, model.upper)), list(zip(np.r_[low, -states], np.r_[up, states])), every,
         callback and (lambda X, W: callback(*model.parts(X, W, 0)[:2])), options, check_derivatives=check,
-        names_x=_extended(names.get("x"), "x", model.nx, "rule", model.end, "t", model.start.size),
-        names_y=_extended(model.factor_names(names.get("y")), "y", given.k, "s", model.w0.size)[:model.w0.size])
+        names_x=_extended(names.get("x"), ("x", model.nx), ("rule", model.end), ("t", model.start.size)),
+        names_y=_extended(model.factor_names(names.get("y")), ("s", model.w0.size))[:model.w0.size])
     names["constraints"] = [row.name for row in rows] + ["bounds of Recourse"]
     return _result(model, inner, through_t, names, (value, [r for r in rows if r.player != "max"], recourse, *limits))
 
@@ -632,8 +628,7 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str
     wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) and not inner.info["interrupted"] else ""
     if wrong:
         values.update(success=False, message=wrong, certificate=Certificate.nothing(wrong))
-    values.update(
-        x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
+    values.update(x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
         points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
     return RobustResult(**values, policy=model.policy, uncertainty=given, data=data,
