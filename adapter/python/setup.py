@@ -23,8 +23,8 @@ HERE = Path(__file__).resolve().parent
 SOURCE = HERE / "cpp" if (HERE / "cpp" / "CMakeLists.txt").exists() else HERE.parents[1]
 
 #: Libraries of every Linux, by the beginning of their names.
-SYSTEM = ("linux-vdso ld-linux libc.so libm.so libdl.so libpthread.so librt.so libresolv.so libutil.so libstdc++.so "
-          "libgcc_s.so").split()
+SYSTEM = tuple("linux-vdso ld-linux libc.so libm.so libdl.so libpthread.so librt.so libresolv.so libutil.so libstdc++.so "
+               "libgcc_s.so".split())
 
 
 class SourceDistribution(sdist):
@@ -51,7 +51,7 @@ def needed_libraries(binary):
     found = {}
     for line in subprocess.check_output(["ldd", str(binary)], text=True).splitlines():
         match = re.match(r"\s*(\S+) => (/\S+)", line)
-        if match and not match.group(1).startswith(tuple(SYSTEM)):
+        if match and not match.group(1).startswith(SYSTEM):
             found[match.group(1)] = Path(match.group(2)).resolve()
     return found
 
