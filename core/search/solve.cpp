@@ -404,6 +404,7 @@ class Solve {
 
   /// Of a solve that had no time to begin: the model's start, in its bounds, and the values there.
   Result at_start() {
+    if (kept_ && !kept_->structure_only) kept_->forget();  // it may be half done
     const Status status = *limit_.exceeded();
     Result result = without_point(status, std::string(name_of(status)));
     const ProblemStructure& s = problem_.structure();
