@@ -55,8 +55,9 @@ class HorizonShift {
     return point;
   }
 
-  /// The worst cases of robust constraints likewise, for RepeatedSolver::start_at: each becomes that
-  /// of the constraint one stage before, those of stage 0 go; the last stage keeps its own, too.
+  /// Returns the worst cases of robust constraints for RepeatedSolver::start_at. Each becomes one
+  /// of the same constraint one stage earlier; those of stage 0 are dropped. The last stage also
+  /// keeps its own.
   [[nodiscard]] std::vector<RobustWorstCase> worst_cases(const Result& last) const {
     std::vector<RobustWorstCase> moved;
     for (const RobustWorstCase& found : last.worst_cases) {

@@ -33,15 +33,15 @@ class TnlpProblem : public Problem {
   /// Reads everything that does not change during a solve. Returns what is wrong with it, empty
   /// when nothing is. To be called before anything else, and again before another solve.
   [[nodiscard]] std::string load();
-  /// Whether what is wrong is that eval_jac_g gave no structure: Ipopt since 3.14.13 has a status of
-  /// its own for that.
+  /// Returns whether load failed because eval_jac_g gave no structure. Ipopt 3.14.13 and later have
+  /// a status for this.
   [[nodiscard]] bool has_no_jacobian() const { return has_no_jacobian_; }
   /// Whether it is what the constructor makes of these.
   [[nodiscard]] bool is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
                            HessianApproximation hessian) const;
 
-  /// Passes the iteration on to intermediate_callback or maximization_callback; false when the model
-  /// wants to stop.
+  /// Passes the iteration on to intermediate_callback or maximization_callback. Returns false if
+  /// the model wants to stop.
   [[nodiscard]] bool report(const IterationInfo& info);
 
   /// Whether the model has given a starting point.
