@@ -1,5 +1,6 @@
 #include "core/diagnostics/diagnosis.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 
@@ -7,6 +8,7 @@
 #include "core/diagnostics/remarks.hpp"
 #include "core/differences/directional_check.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
@@ -94,6 +96,40 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
   return "first and second derivatives agree with differences there";
 }
 
+/// Says where the model is undefined a small step of Min's variables away, as far as bounds allow:
+/// a search that ends there ends for this reason. Empty: not so, or there are no such variables.
+std::string undefined_beside(CanonicalProblem& canonical) {
+  constexpr double kSmallStep = 1e-3;  // of a variable's length
+  const Eigen::VectorXd v = canonical.starting_point().v;
+  const IndexRange x = canonical.x();
+  Eigen::VectorXd there, c = Eigen::VectorXd::Zero(canonical.constraints());
+  const auto moved = [&](Index i, double sign) {
+    const double lower = canonical.lower()[i], upper = canonical.upper()[i];
+    return std::clamp(v[i] + sign * kSmallStep * length_of(v[i], 0.0, lower, upper), lower, upper);
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    const auto is_defined = [&](Index count) {
+      there = v;
+      for (Index i = x.begin; i < x.begin + count; ++i) there[i] = moved(i, sign);
+      double f = 0.0;
+      return canonical.values(there, f, c) == EvaluationStatus::Ok;
+    };
+    if (is_defined(x.size()) || !is_defined(0)) continue;
+    Index defined = 0, undefined = x.size();  // the first variables moved
+    while (undefined - defined > 1) {
+      const Index middle = defined + (undefined - defined) / 2;
+      (is_defined(middle) ? defined : undefined) = middle;
+    }
+    const Index i = x.begin + defined;
+    const double unit = canonical.variable_scale(i);
+    return "the model is undefined if " + canonical.column_name(i) + " goes from " +
+           number_text(v[i] / unit, 3) + " to " + number_text(moved(i, sign) / unit, 3) +
+           "\nbound the variable where the model is defined, or check whether f has a minimum "
+           "there";
+  }
+  return {};
+}
+
 }  // namespace
 
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result) {
@@ -110,8 +146,17 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   AtResult at(problem, &result);
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
-  const std::string verdict =
-      canonical.build().empty() ? find_wrong_derivative(canonical, has_hessian) : "";
+  const bool built = canonical.build().empty();
+  if (built && result.status == Status::NoLocalMinmaxFound) {
+    if (const std::string edge = undefined_beside(canonical); !edge.empty()) {
+      // In place of the first line, which speaks of kinks.
+      const std::string rest =
+          result.message.substr(std::min(result.message.find('\n'), result.message.size()));
+      result.message = std::string(name_of(result.status)) + rest + '\n' + edge;
+      return;
+    }
+  }
+  const std::string verdict = built ? find_wrong_derivative(canonical, has_hessian) : "";
   for (const std::string& text : {verdict, help}) {
     if (text.empty()) continue;
     if (result.message.empty()) result.message = std::string(name_of(result.status));

@@ -70,6 +70,25 @@ TEST(Diagnosis, ADisturbanceThatWinsIsNamed) {
   EXPECT_NE(result.message.find("find_price"), std::string::npos) << result.message;
 }
 
+// A search that ends at the edge of the functions' domain says so, and nothing of kinks and prices.
+TEST(Diagnosis, AnEdgeOfTheDomainIsNamed) {
+  for (const double unit : {1.0, 1e4}) {
+    for (const bool bounded : {false, true}) {
+      Model model;
+      model.variable(kMin, "idle");
+      const Expression x = model.variable(kMin, "x", bounded ? 0.0 : -kNoBound, kNoBound);
+      const Expression y = model.variable(kMax, "y");
+      model.objective(log(x * (1.0 / unit)) - square(y));
+      AutodiffProblem problem(model, {0.0, unit, 0.5});
+      const std::string text = solve(problem, {}).message;
+      EXPECT_NE(text.find("the model is undefined if variable 1 (x) goes from"), std::string::npos)
+          << text;
+      for (const char* wrong : {"kink", "price"})
+        EXPECT_EQ(text.find(wrong), std::string::npos) << text;
+    }
+  }
+}
+
 // Slacks do not move in the comparison, wherever their bounds are: g - s would change with them.
 TEST(Diagnosis, InequalitiesFarFromZeroAreCleared) {
   Model model;
