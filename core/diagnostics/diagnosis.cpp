@@ -1,6 +1,7 @@
 #include "core/diagnostics/diagnosis.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -130,6 +131,31 @@ std::string undefined_beside(CanonicalProblem& canonical) {
   return {};
 }
 
+/// Says that f carries fewer digits than a double: it stays the same over a step whose slope says
+/// that it changes. Three values and one gradient. Empty: not so, or it cannot be told.
+std::string few_digits(CanonicalProblem& canonical) {
+  constexpr double kChange = 1e-11;       // of f, by its slope: far below the rounding of a float
+  constexpr double kRoundingOfV = 1e-13;  // a shorter step, relative to its variable, is lost
+  const Eigen::VectorXd v = canonical.starting_point().v;
+  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
+  if (canonical.objective(v, here.f) != EvaluationStatus::Ok || here.f == 0.0 ||
+      canonical.first_derivatives(v, here) != EvaluationStatus::Ok) {
+    return {};
+  }
+  Index i = 0;
+  const double slope = here.gradient.cwiseAbs().maxCoeff(&i);
+  const double step = kChange * std::abs(here.f) / slope;
+  if (!std::isfinite(step) || step < kRoundingOfV * std::abs(v[i])) return {};
+  for (const double sign : {-1.0, 1.0}) {
+    Eigen::VectorXd there = v;
+    there[i] += sign * step;
+    double f = 0.0;
+    if (canonical.objective(there, f) != EvaluationStatus::Ok || f != here.f) return {};
+  }
+  return "the objective is rounded to few digits: it stays the same over a small step of " +
+         canonical.column_name(i) + "\ncompute it in double precision";
+}
+
 }  // namespace
 
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result) {
@@ -148,11 +174,13 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   const bool built = canonical.build().empty();
   if (built && result.status == Status::NoLocalMinmaxFound) {
-    if (const std::string edge = undefined_beside(canonical); !edge.empty()) {
+    std::string cause = undefined_beside(canonical);
+    if (cause.empty()) cause = few_digits(canonical);
+    if (!cause.empty()) {
       // In place of the first line, which speaks of kinks.
       const std::string rest =
           result.message.substr(std::min(result.message.find('\n'), result.message.size()));
-      result.message = std::string(name_of(result.status)) + rest + '\n' + edge;
+      result.message = std::string(name_of(result.status)) + rest + '\n' + cause;
       return;
     }
   }

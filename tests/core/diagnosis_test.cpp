@@ -1,4 +1,5 @@
 // What a failure says about the model's derivatives.
+#include <cmath>
 #include <span>
 #include <string>
 
@@ -87,6 +88,23 @@ TEST(Diagnosis, AnEdgeOfTheDomainIsNamed) {
         EXPECT_EQ(text.find(wrong), std::string::npos) << text;
     }
   }
+}
+
+/// 2 x^2 + 3 x y - y^2 as a program in single precision computes it, and the derivatives of that.
+TEST(Diagnosis, AnObjectiveOfFewDigitsIsNamed) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(2.0 * square(x - 0.3) + 3.0 * x * y - square(y) + 1.0);
+  AutodiffProblem right(model, {0.5, 0.1});
+  ChangedProblem problem(right);
+  problem.of_objective = [](std::span<double> f) { f[0] = static_cast<float>(f[0]); };
+  problem.of_gradient = [](std::span<double> values) {
+    for (double& value : values) value += 1e-3 * std::sin(1e8 * value);
+  };
+  const Result result = solve(problem, {});
+  ASSERT_EQ(result.status, Status::NoLocalMinmaxFound) << result.message;
+  EXPECT_NE(result.message.find("rounded to few digits"), std::string::npos) << result.message;
+  EXPECT_EQ(result.message.find("kink"), std::string::npos) << result.message;
 }
 
 // Slacks do not move in the comparison, wherever their bounds are: g - s would change with them.
