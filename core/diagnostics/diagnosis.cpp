@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "core/certificate/scaling.hpp"
 #include "core/diagnostics/remarks.hpp"
@@ -100,7 +101,7 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
 /// Says where the model is undefined a small step of Min's variables away, as far as bounds allow:
 /// a search that ends there ends for this reason. Empty: not so, or there are no such variables.
 std::string undefined_beside(CanonicalProblem& canonical) {
-  constexpr double kSmallStep = 1e-3;  // of a variable's length
+  constexpr double kSmallStep = 1e-2;  // of a variable's length
   const Eigen::VectorXd v = canonical.starting_point().v;
   const IndexRange x = canonical.x();
   Eigen::VectorXd there, c = Eigen::VectorXd::Zero(canonical.constraints());
@@ -142,7 +143,7 @@ std::string few_digits(CanonicalProblem& canonical) {
       canonical.first_derivatives(v, here) != EvaluationStatus::Ok) {
     return {};
   }
-  Index i = 0;
+  Eigen::Index i = 0;
   const double slope = here.gradient.cwiseAbs().maxCoeff(&i);
   const double step = kChange * std::abs(here.f) / slope;
   if (!std::isfinite(step) || step < kRoundingOfV * std::abs(v[i])) return {};
@@ -153,7 +154,7 @@ std::string few_digits(CanonicalProblem& canonical) {
     if (canonical.objective(there, f) != EvaluationStatus::Ok || f != here.f) return {};
   }
   return "the objective is rounded to few digits: it stays the same over a small step of " +
-         canonical.column_name(i) + "\ncompute it in double precision";
+         canonical.column_name(static_cast<Index>(i)) + "\ncompute it in double precision";
 }
 
 }  // namespace
@@ -173,17 +174,20 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   const bool built = canonical.build().empty();
-  if (built && result.status == Status::NoLocalMinmaxFound) {
-    std::string cause = undefined_beside(canonical);
+  const bool kink = result.status == Status::NoLocalMinmaxFound;
+  std::string cause;
+  if (built && (kink || result.status == Status::TinyStep ||
+                result.status == Status::InertiaCorrectionFailed)) {
+    cause = undefined_beside(canonical);
     if (cause.empty()) cause = few_digits(canonical);
-    if (!cause.empty()) {
-      // In place of the first line, which speaks of kinks.
-      const std::string rest =
-          result.message.substr(std::min(result.message.find('\n'), result.message.size()));
-      result.message = std::string(name_of(result.status)) + rest + '\n' + cause;
-      return;
-    }
   }
+  if (!cause.empty() && kink) {  // in place of the first line, which speaks of kinks
+    const std::string rest =
+        result.message.substr(std::min(result.message.find('\n'), result.message.size()));
+    result.message = std::string(name_of(result.status)) + rest + '\n' + cause;
+    return;
+  }
+  if (!cause.empty()) help = std::move(cause);
   const std::string verdict = built ? find_wrong_derivative(canonical, has_hessian) : "";
   for (const std::string& text : {verdict, help}) {
     if (text.empty()) continue;
