@@ -48,8 +48,8 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 ///   2. first-order point to tol or the acceptable level whose second-order test is undecided:
 ///      first those whose inner maximum is clear (inertia of K_yy as expected), as otherwise the
 ///      objective need not be a value of the maximum; then the smaller objective;
-///   3. point that passed the second-order test but is no success (a worse y is known, or the search
-///      was cut short): the smaller value at the worst y known, or the smaller violation;
+///   3. point that passed the second-order test but is no success (a worse y is known, or the
+///      search was cut short): the smaller value at the worst y known, or the smaller violation;
 ///   4. feasible point that is not stationary: the smaller error.total, since its objective may be
 ///      small only because y is not a maximum;
 ///   5. first-order point that the second-order test refuted: the smaller error.total;

@@ -34,9 +34,9 @@ struct ProblemStructure {
   /// Variables in which f or g are nonlinear, if the model knows them. They are used if the model
   /// gives no structure of the Hessian.
   std::optional<std::vector<Index>> nonlinear_variables{};
-  /// n or empty. For a Max variable that only one robust constraint with one bound reads, directly
-  /// or through Max's constraints: the index of that constraint; else -1. Such a variable maximizes
-  /// its constraint however small the multiplier is.
+  /// n or empty; models leave it empty. The search for worst cases gives robust constraints Max
+  /// variables of their own. The entry of such a variable is the index of its constraint, any other
+  /// is -1. It maximizes that constraint, however small its multiplier is, instead of f.
   std::vector<Index> served_constraint{};
   /// n or empty: units of the variables inside the solve, unless the user scales them. A problem
   /// that is built from another model sets them.
@@ -71,13 +71,14 @@ class BoxFunctions;
 
 /// A model: min over x, max over y of f(v) subject to bounds on v and g(v).
 ///
-/// Evaluations return false if the function is undefined at v; the solver then shortens its step.
-/// new_v is false if v is the same as in the last evaluation of any kind. Entries of matrices are
-/// written in the order of the structure's triplets.
+/// Evaluations return false if the function is undefined at v (n values); the solver then shortens
+/// its step. new_v is false if v is the same as in the last evaluation of any kind. Entries of
+/// matrices are written in the order of the structure's triplets.
 class Problem {
  public:
   virtual ~Problem() = default;
 
+  /// Returns the players, bounds and patterns. They stay the same during a solve.
   [[nodiscard]] virtual const ProblemStructure& structure() const = 0;
 
   /// Fills in the start. Returns false if the model has none.
@@ -86,11 +87,15 @@ class Problem {
   /// Fills in the model's scaling factors. Returns false if it has none.
   [[nodiscard]] virtual bool user_scaling(UserScaling&) { return false; }
 
+  /// Evaluates f, which Min minimizes and Max maximizes.
   [[nodiscard]] virtual bool objective(std::span<const double> v, bool new_v, double& f) = 0;
+  /// Evaluates the derivatives of f in all variables of both players (n entries).
   [[nodiscard]] virtual bool gradient(std::span<const double> v, bool new_v,
                                       std::span<double> grad) = 0;
+  /// Evaluates the constraints of both players (m entries).
   [[nodiscard]] virtual bool constraints(std::span<const double> v, bool new_v,
                                          std::span<double> g) = 0;
+  /// Evaluates their derivatives, an entry for each triplet of ProblemStructure::jacobian.
   [[nodiscard]] virtual bool jacobian(std::span<const double> v, bool new_v,
                                       std::span<double> values) = 0;
   /// Evaluates only these rows (ascending): writes their entries of g, or the values of their
@@ -108,7 +113,8 @@ class Problem {
                                            std::span<double> values) {
     return jacobian(v, new_v, values);
   }
-  /// Evaluates the Hessian of sigma f + lambda' g. Rows that are not needed have lambda 0.
+  /// Evaluates the Hessian of sigma f + lambda' g, an entry for each triplet of
+  /// ProblemStructure::hessian. Constraints that are not needed have lambda 0.
   [[nodiscard]] virtual bool hessian(std::span<const double> v, bool new_v, double sigma,
                                      std::span<const double> lambda, bool new_lambda,
                                      std::span<double> values) = 0;

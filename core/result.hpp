@@ -20,19 +20,21 @@ enum class Status : std::uint8_t {
   Solved,                   ///< first-order conditions to tol, second-order test passed
   SolvedDegenerate,         ///< first-order conditions to tol, second-order test undecided
   SolvedToAcceptableLevel,  ///< acceptable_* tolerances, second-order test not refuted
-  NotLocalMinmax,           ///< first-order point whose curvature has a definite wrong sign
-  NoLocalMinmaxFound,       ///< the search ended at a kink of phi, or where an inner maximum ends
-  InnerUnbounded,           ///< the maximization over y looks unbounded
-  OuterUnbounded,           ///< the objective decreases without bound in x
-  DivergingIterates,        ///< |v| above diverging_iterates_tol
-  LocallyInfeasible,        ///< the violation of a player's constraints is locally minimal
-  InnerInfeasible,          ///< the Max constraints cannot be met near x
+  NotLocalMinmax,  ///< first-order point that the second-order test refuted: a player gains nearby
+  /// The search ended at a kink of phi(x) = f(x, y(x)), y(x) the local maximum over y, or at an x
+  /// where that maximum ends.
+  NoLocalMinmaxFound,
+  InnerUnbounded,     ///< the maximization over y looks unbounded
+  OuterUnbounded,     ///< the objective decreases without bound in x
+  DivergingIterates,  ///< |v| above diverging_iterates_tol
+  LocallyInfeasible,  ///< the violation of a player's constraints is locally minimal
+  InnerInfeasible,    ///< the Max constraints cannot be met near x
   MaxIterations,
   MaxCpuTime,
   MaxWallTime,
-  TinyStep,  ///< no progress possible with steps above rounding
+  TinyStep,  ///< no step above rounding makes progress
   RestorationFailed,
-  InertiaCorrectionFailed,  ///< no shift up to max_hessian_perturbation gave the inertias
+  InertiaCorrectionFailed,  ///< no shift up to max_hessian_perturbation gave the expected inertias
   LinearSolverFailed,
   EvaluationFailed,  ///< the model is undefined at the starting point or around an iterate
   InvalidNumber,     ///< the model returned NaN or infinity
@@ -41,8 +43,8 @@ enum class Status : std::uint8_t {
   InvalidOption,
   TooFewDegreesOfFreedom,
   OutOfMemory,
-  /// A search over y was asked for, and it found a y at which f is clearly higher at the returned x
-  /// or a robust constraint is violated; or a constraint could not be maximized over y.
+  /// The search over y found a y at which, at the returned x, f is higher than the objective or a
+  /// robust constraint is violated; or a function could not be maximized over y.
   WorstCaseNotMet
 };
 
@@ -79,7 +81,7 @@ enum class InnerAnswer : std::uint8_t {
   StrictlyBest,  ///< not given any more
   Unique,        ///< each x nearby has exactly one answer y(x) nearby; y(x) is Lipschitz
   Smooth,        ///< as Unique, and y(x) is differentiable
-  BestNotUnique  ///< y is a best answer to this x nearby, and others may be as good
+  BestNotUnique  ///< no y nearby is better at this x, but others nearby may be as good
 };
 [[nodiscard]] std::string_view name_of(InnerAnswer answer);
 
@@ -89,17 +91,18 @@ struct CertificateReason {
     WeaklyActive,       ///< an active bound or inequality with multiplier zero
     Dependent,          ///< an active constraint whose gradient is a combination of others'
     VanishingGradient,  ///< an active constraint without a gradient
-    FlatDirection,      ///< the value is constant along it
-    LittleCurvature,    ///< no curvature along it, but the value is not constant
-    WrongCurvature,     ///< the player gains along it
+    FlatDirection,      ///< the value is constant along a direction
+    LittleCurvature,    ///< no curvature along a direction, but the value is not constant
+    WrongCurvature,     ///< the player gains along a direction
     NotIsolated,        ///< Newton's method does not contract towards a solution
     /// Second derivatives change by more than the curvature on the way to the solution.
     Unsteady,
     RobustRow,     ///< the worst case of a robust constraint is not certain
     Differences,   ///< second derivatives from differences are too uncertain
     WrongHessian,  ///< second derivatives disagree with gradients, or these with values
-    Effort,        ///< minmax_certificate quick, or the budget is used up
-    /// The point passed the test, but the search that it belongs to was no success.
+    Effort,        ///< the test stopped early: minmax_certificate quick, or out of factorizations
+    /// The point passed the test, but the solve was no success: a worse y is known, or the search
+    /// was not finished.
     Search,
     Relaxed  ///< a remark: bound_relax_factor moved an active bound by much, relative to its size
   };
@@ -119,20 +122,20 @@ struct Certificate {
   SecondOrder second_order = SecondOrder::NotTested;
   Inertia inner, inner_expected;
   Inertia full, full_expected;
-  /// Curvature that the test subtracted from both players while both inertias stayed right, in
-  /// scaled variables (docs/algorithm.md, "Variable scaling"). It is no measure of robustness. 0
-  /// unless Satisfied.
+  /// Curvature that the test subtracted from both players while both inertias stayed as expected,
+  /// in scaled variables (docs/algorithm.md, "Variable scaling"). It says how reliable the test is,
+  /// not how robust the design. 0 unless Satisfied.
   double margin = 0.0;
   /// Estimate of the least curvature of K and K_yy, scaled, at most 1; 0 unless Satisfied.
   double least_curvature = 0.0;
-  Index least_curvature_variable = -1;  ///< the variable that moves most along it; -1: not known
-  bool licq_min = false;        ///< gradients of the Min player's active constraints independent
+  Index least_curvature_variable = -1;  ///< variable that moves most along that direction; -1: none
+  bool licq_min = false;        ///< whether gradients of Min's active constraints are independent
   bool licq_max = false;        ///< the same for Max
-  Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
-  Index weakly_active_max = 0;
-  bool finite_differences = false;  ///< second derivatives came from differences
-  /// Estimate of their error (curvature of the scaled problem); the result holds for every Hessian
-  /// within it.
+  Index weakly_active_min = 0;  ///< number of Min's active bounds and rows with multiplier 0
+  Index weakly_active_max = 0;  ///< the same for Max
+  bool finite_differences = false;  ///< whether second derivatives come from differences
+  /// Estimate of the error of these differences (curvature of the scaled problem); the result holds
+  /// for every Hessian within it. 0 if the model gives second derivatives.
   double hessian_error = 0.0;
   InnerAnswer answer = InnerAnswer::Unknown;
   std::vector<CertificateReason> reasons;  ///< the most important first; at most 16 of a kind
@@ -227,8 +230,8 @@ struct Counts {
 };
 
 /// Worst case over all of y at the returned x, found by maximizations from several starts
-/// (worst_case.hpp). Without maximizations a multistart compares with the y of its other starts and
-/// sets `higher`, `value`, `v` and `y`.
+/// (worst_case.hpp). Without maximizations a multistart evaluates f at the returned x with the y of
+/// its other starts, and sets `higher`, `value`, `v` and `y`.
 struct WorstCase {
   Index starts = 0;       ///< number of maximizations; 0: none
   Index maxima = 0;       ///< number of distinct certified maxima over y
@@ -238,9 +241,10 @@ struct WorstCase {
   std::vector<double> y;  ///< Max's variables of v, in their order
   /// Values of f at the distinct maxima over y, the largest first, at most ten.
   std::vector<double> branches;
-  bool higher = false;     ///< whether value is clearly above the result's objective
-  bool unbounded = false;  ///< whether a maximization over y ran to infinity
-  /// Whether all ended at one maximum, with a right K_yy at every iterate.
+  /// Whether value exceeds the objective by more than a maximization is exact, or is unbounded.
+  bool higher = false;
+  bool unbounded = false;  ///< whether a maximization over y diverged
+  /// Whether all ended at one maximum, with the expected inertia of K_yy at every iterate.
   bool single_branch = false;
   bool stated_concave = false;  ///< whether minmax_concave_in_y is set: one maximization is enough
 };
@@ -249,15 +253,15 @@ struct WorstCase {
 struct RobustWorstCase {
   Index constraint = 0;     ///< index in the model; m for the objective's row
   std::vector<double> v;    ///< n: x and that y
-  double value = 0.0;       ///< the constraint (or f) there
+  double value = 0.0;       ///< the constraint (or f) at v
   double multiplier = 0.0;  ///< of the constraint at that y, with the signs of Result
-  /// Whether its multiplier exceeds its distance to the bound: x rests on it.
+  /// Whether this worst case limits x: the size of its multiplier exceeds the distance of value to
+  /// the bound, with the constraint scaled by its range.
   bool active = false;
-  int side = 0;  ///< 1: of the upper bound, -1: of the lower one, 0: not known
+  int side = 0;  ///< 1: worst case of the upper bound, -1: of the lower one, 0: not known
   /// Range of the constraint's values in the last full search over y; 0: not known.
   double range = 0.0;
-  /// Number of solves since that search.
-  Index age = 0;
+  Index age = 0;  ///< number of solves since that search
 };
 
 /// Bounds of the largest value of f or a constraint over all y in Y(x), at one x: a y gives `seen`,
@@ -268,9 +272,10 @@ struct WorstCaseProof {
   bool least = false;     ///< bounds of the least value, which matters if there is a lower bound
   double seen = std::numeric_limits<double>::quiet_NaN();    ///< NaN: no point of Y(x) was found
   double proved = std::numeric_limits<double>::quiet_NaN();  ///< infinite: no bound was found
-  /// Largest gap that counts as none: tolerance times the range of the values seen, or rounding.
+  /// Largest gap between seen and proved that counts as none: a tolerance times the range of the
+  /// values seen, or rounding.
   double resolution = 0.0;
-  bool complete = false;  ///< whether the gap is within the resolution, or Y(x) is proved empty
+  bool complete = false;  ///< whether proved - seen is within the resolution, or Y(x) proved empty
   bool empty = false;     ///< whether Y(x) is proved empty
   std::vector<double> v;  ///< n: x and the y of `seen`; empty: none
   Index boxes = 0;        ///< number of boxes examined
@@ -285,7 +290,7 @@ struct WorstCaseProof {
 struct SearchOverY {
   Index asked = 0;          ///< number of starts of y for each function; 0: no search
   Index functions = 0;      ///< number of functions maximized at the returned x
-  Index maximizations = 0;  ///< number of maximizations at all x
+  Index maximizations = 0;  ///< number of maximizations in the whole run
   /// False: cut short, or a function was not maximized or proved as asked.
   bool finished = true;
   /// Whether a y is known at which f is clearly higher or a robust constraint violated.
@@ -296,8 +301,8 @@ struct SearchOverY {
   /// Solving again: number of solves since the last full search, the largest of all robust
   /// constraints (RobustWorstCase::age). 0: all were searched in this solve.
   Index age = 0;
-  /// Number of worst cases of f, if f was treated as a robust constraint. With a certificate x
-  /// minimizes the largest of so many local worst cases. 0: f is that of one y.
+  /// Number of worst cases of f, if f was treated as a robust constraint. At a certified answer x
+  /// is a local minimum of the largest of them. 0: f was not.
   Index branches = 0;
   Index solves = 0;  ///< number of solves, each with other worst cases
   /// One proof for each function at the returned x, with minmax_worst_case_proof.

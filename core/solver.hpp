@@ -9,9 +9,11 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// Solves the problem as the options ask, including other starts, other y, robust constraints and
-/// kinks. Returns the best point of run() (answer.hpp). A failure is a status, not an exception;
-/// exceptions of the model pass through, and std::bad_alloc gives OutOfMemory.
+/// Solves the problem as the options ask: from several starts of x, with a search over y, with
+/// robust constraints, or with f in epigraph form. Returns the best point; run() (answer.hpp) also
+/// returns the others. on_iteration or observer is called in every iteration and stops the solve
+/// (UserStop) by returning false. A failure is a status, not an exception; exceptions of the model
+/// pass through, and std::bad_alloc gives OutOfMemory.
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
                            const IterationCallback& on_iteration = {});
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
@@ -20,17 +22,19 @@ namespace IPMINMAX_API ipminmax {
 struct KeptWork;
 
 /// Solves models of the same structure one after the other. Functions, values of bounds, starting
-/// point and options may change between solves. It keeps
+/// point and options may change between solves. Without robust constraints it keeps
 ///   - the orderings and symbolic factorizations: Counts::analyses of the next Result is 0,
 ///   - the gradient-based scaling,
 ///   - the arrays,
-///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed).
-/// With robust constraints it keeps their worst cases instead: with warm_start_init_point the next
-/// solve starts at these. By default it searches a constraint far from its limit fully only in every
-/// tenth solve (SearchOverY::age).
+///   - the last shifts of the Hessian, unless minmax_warm_start_shifts is off or the last solve
+///     failed.
+/// With robust constraints it keeps their worst cases instead, and the next solve starts at these
+/// if warm_start_init_point is set. By default only every tenth solve searches a constraint fully
+/// that is far from its limit (SearchOverY::age).
+///
 /// Each solve compares the structure. If players, patterns or the kinds of bounds (absent,
-/// one-sided, equal) have changed, what no longer fits is computed again. Use by one thread at a
-/// time.
+/// one-sided, equal) have changed, it computes again what no longer fits. One object may be used by
+/// one thread at a time.
 class RepeatedSolver {
  public:
   RepeatedSolver();
@@ -46,8 +50,8 @@ class RepeatedSolver {
   void solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
              Result& result);
 
-  /// Sets the worst cases at which the next solve starts if it is a warm start, instead of those of
-  /// the last solve; for example those of the last solve moved one stage ahead.
+  /// Sets the worst cases at which the next solve starts, if warm_start_init_point is set; for
+  /// example those of the last solve moved one stage ahead. They replace those of the last solve.
   void start_at(std::vector<RobustWorstCase> worst_cases);
 
   /// Forgets what was kept.

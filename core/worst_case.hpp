@@ -16,7 +16,7 @@ namespace IPMINMAX_API ipminmax {
 struct WorstCaseMaximum {
   std::vector<double> v;   ///< n: x and the maximizing y
   double value = 0.0;      ///< f there
-  bool certified = false;  ///< whether the second-order test of the maximization passed
+  bool certified = false;  ///< whether the second-order test shows that y is a local maximum
   Index found = 0;         ///< number of maximizations that ended here
 };
 
@@ -30,26 +30,26 @@ struct WorstCaseCheck {
 /// Searches for the worst case over all of y at the x of v (n values). It maximizes f over y from
 /// `starts` starting points (at least 1): the y of v, those of the given points (n values each),
 /// then random ones as in multistart(). A certificate says that y is a local maximum; this search
-/// asks whether another maximum is higher. The value found is a lower bound of max over y of f(x,
-/// y); it does not prove that nothing is higher. Min's constraints do not restrict y and are left
-/// out.
+/// looks for a higher one. The largest value found is a lower bound of max over y of f(x, y), not a
+/// proof. Min's constraints do not restrict y and are left out.
 ///
-/// The observer is told of all maximizations as start 0. Time limits hold for the whole search,
-/// max_iter and tolerances for each maximization. Throws std::invalid_argument if v has not n
-/// values or its x is not finite. Exceptions of the model pass through.
+/// The observer gets the iterations of all maximizations, as those of start 0. Limits of time hold
+/// for the whole search, max_iter and tolerances for each maximization. Throws
+/// std::invalid_argument if v has not n values or its x is not finite. Exceptions of the model pass
+/// through.
 [[nodiscard]] WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
                                               const SolverOptions& options, Index starts,
                                               const std::vector<std::vector<double>>& given = {},
                                               const MultistartObserver& observer = {});
 
-/// Makes this search with minmax_worst_case_starts at a result, and stores it in result.worst_case.
-/// solve and multistart do so themselves. Does nothing without Max variables, without a point, or
-/// if no starts are asked for.
+/// Calls check_worst_case at result.v with minmax_worst_case_starts starts, and stores what it
+/// found in result.worst_case. solve and multistart do so themselves. Does nothing without Max
+/// variables, without a point, or if minmax_worst_case_starts is 0.
 void add_worst_case(Problem& problem, const SolverOptions& options, Result& result,
                     const MultistartObserver& observer = {});
 
-/// Returns result.worst_case in words, possibly on several lines, without a line end; empty if
-/// there was no search.
+/// Returns result.worst_case in words, on one or more lines without a last line end; empty if there
+/// was no search.
 [[nodiscard]] std::string describe_worst_case(const Result& result);
 
 }  // namespace ipminmax

@@ -6,8 +6,9 @@
 
 namespace ipminmax {
 
-/// Address of a function of the library of a solver that has one, which is loaded at the first call.
-/// names: alternatives, the first that is found. Throws SolverUnavailable with the loader's words.
+/// Returns the address of a function of a solver's library, which is loaded at the first call.
+/// names: alternatives, of which the first one found counts. Throws SolverUnavailable with the
+/// loader's words.
 [[nodiscard]] void* solver_function(LinearSolver kind, std::initializer_list<const char*> names);
 
 }  // namespace ipminmax

@@ -89,8 +89,9 @@ class SymmetricSolver {
     return last;
   }
 
-  /// Asked before a factorize begins another attempt with more workspace or another ordering, each as
-  /// long as the first; true: it returns Failed. Stays until another is set; empty: never asked.
+  /// Sets a function that factorize asks before another attempt with more workspace or another
+  /// ordering, which takes as long as the first. If it returns true, factorize returns Failed. It
+  /// stays until another is set; empty: factorize does not ask.
   virtual void stop_when(std::function<bool()> /*stop*/) {}
 
   /// rhs: columns right-hand sides of length dimension one after the other, overwritten by the

@@ -229,9 +229,13 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   if (!result.v.empty() || problem.players().empty()) {
     message << std::setprecision(10) << "\nobjective "
             << (problem.maximizes() ? -result.objective : result.objective) << ", "
-            << result.iterations << " iterations; second-order test of "
-            << (game ? "both players " : "the solution ")
-            << name_of(result.certificate.second_order);
+            << result.iterations << " iterations; ";
+    if (result.certificate.second_order == SecondOrder::NotTested) {
+      message << "no second-order test was made";
+    } else {
+      message << "second-order test of " << (game ? "both players " : "the solution ")
+              << name_of(result.certificate.second_order);
+    }
   }
   constexpr std::size_t kMostReasons = 5;
   const auto& reasons = result.certificate.reasons;

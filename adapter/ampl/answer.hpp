@@ -21,7 +21,8 @@ namespace ipminmax {
                                      const std::vector<RobustWorstCase>& worst_cases,
                                      NlProblem& problem);
 
-/// A message in the lines of Ipopt's .sol files, an empty one and another: some programs count them.
+/// A message in the lines of Ipopt's .sol files, an empty one and another, because some programs
+/// count them.
 [[nodiscard]] std::string one_line(const std::string& message);
 
 /// That the model's integer variables are continuous here. Empty where it has none.

@@ -67,8 +67,8 @@ void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> ta
   copy_to(worst_x, from.v);
 }
 
-/// Asks about a point as IpminmaxSolve would: the options file is read, and no callback of the model
-/// may call this. ask: takes the application, the model and n values.
+/// Asks about a point as IpminmaxSolve would: reads the options file; refuses calls from callbacks
+/// of the model. ask: takes the application, the model and n values.
 template <class Ask>
 std::string ask_at(Problem& problem, const double* x, void* user_data, const Ask& ask) {
   if (problem.solving) return "the problem is being solved";

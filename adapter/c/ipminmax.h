@@ -78,7 +78,7 @@ enum IpminmaxAnswer {
   IPMINMAX_ANSWER_STRICTLY_BEST = 1,  /* not given any more */
   IPMINMAX_ANSWER_UNIQUE = 2,         /* exactly one answer to each x nearby, Lipschitz in x */
   IPMINMAX_ANSWER_SMOOTH = 3,         /* the same, and differentiable in x */
-  IPMINMAX_ANSWER_BEST_NOT_UNIQUE = 4 /* a best answer; others may be as good */
+  IPMINMAX_ANSWER_BEST_NOT_UNIQUE = 4 /* no y nearby is better at this x, others may be as good */
 };
 
 typedef struct IpminmaxInertia {
@@ -92,8 +92,8 @@ typedef struct IpminmaxCertificate {
   IpminmaxInertia inner, inner_expected; /* of the maximizer's KKT matrix */
   IpminmaxInertia full, full_expected;   /* of both players' */
   double margin;          /* curvature that the test subtracted, scaled; 0 unless satisfied */
-  int licq_min, licq_max; /* 1: gradients of the player's active constraints independent */
-  int weakly_active_min, weakly_active_max; /* active, with a multiplier of zero */
+  int licq_min, licq_max; /* 1: gradients of the player's active constraints are independent */
+  int weakly_active_min, weakly_active_max; /* numbers of active bounds with multiplier zero */
   int finite_differences; /* 1: second derivatives are differences of first ones */
   /* Estimate of the error of these differences, in curvature; the result allows for it. 0 if second
    * derivatives are the model's. Infinite: the differences cannot be trusted. */
@@ -104,8 +104,9 @@ typedef struct IpminmaxCertificate {
   const char *reasons;
   /* 1: second derivatives disagree with differences of the gradients; nothing is certified. */
   int hessian_disagrees;
-  double least_curvature;       /* estimate of the least, at most 1; 0 unless satisfied */
-  int least_curvature_variable; /* that moves most along it, from 0; -1: not known */
+  double least_curvature;       /* estimate, scaled, at most 1; 0 unless satisfied */
+  int least_curvature_variable; /* index, from 0, of the variable that moves most along the
+                                   direction of least curvature; -1: not known */
 } IpminmaxCertificate;
 
 typedef struct IpminmaxStatistics {
@@ -174,7 +175,8 @@ IpminmaxProblem IpminmaxCreate(int n, const double *x_L, const double *x_U, int 
  * IpminmaxMessage says so. */
 void IpminmaxFree(IpminmaxProblem problem);
 
-/* Set an option by name for the next solves. Each solve also reads the file ipminmax.opt. */
+/* Set an option by name for the next solves. Return 0 if the option is unknown or the value
+ * invalid. Each solve also reads the file ipminmax.opt. */
 int IpminmaxAddStrOption(IpminmaxProblem problem, const char *keyword, const char *val);
 int IpminmaxAddNumOption(IpminmaxProblem problem, const char *keyword, double val);
 int IpminmaxAddIntOption(IpminmaxProblem problem, const char *keyword, int val);
@@ -243,14 +245,16 @@ int IpminmaxGetStatisticsSized(IpminmaxProblem problem, IpminmaxStatistics *stat
 typedef struct IpminmaxWorstCase {
   int starts;         /* number of maximizations; 0: no search (see higher) */
   int maxima;         /* number of distinct certified maxima over y */
-  int competing;      /* number of distinct maxima with the largest value; 2 or more: a kink */
+  int competing;      /* number of distinct maxima with the largest value; with 2 or more max over y
+                         of f may have a kink (no derivative) at this x */
   double value;       /* largest f(x, y) found at a feasible y: a lower bound of the worst case */
   int found;          /* 1: there is such a y */
-  int higher;         /* 1: value is clearly above f at the point asked about; with
-                         0 starts by the y of another start of a multistart */
-  int unbounded;      /* 1: a maximization ran to infinity */
+  int higher;         /* 1: value exceeds f at the point asked about by more than a maximization is
+                         exact, or unbounded is 1. If starts is 0, value is the largest f at this x
+                         with the y of another start of a multistart (minmax_starts) */
+  int unbounded;      /* 1: a maximization over y diverged */
   int single_branch;  /* 1: all ended at one maximum: f looks concave in y here */
-  int stated_concave; /* 1: option minmax_concave_in_y */
+  int stated_concave; /* 1: option minmax_concave_in_y is set */
 } IpminmaxWorstCase;
 
 /* Searches for the worst case over all of y at the Min variables of x (n entries), from `starts`
@@ -262,7 +266,8 @@ int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
 int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double *x, int starts,
                                 IpminmaxWorstCase *worst_case, size_t size, double *worst_x,
                                 void *user_data);
-/* Writes the same for the last solve, if the option minmax_worst_case_starts was set. */
+/* Writes the same for the last solve. Returns 0 if that did not search (option
+ * minmax_worst_case_starts). */
 int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, double *worst_x);
 int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, size_t size,
                               double *worst_x);
@@ -275,16 +280,17 @@ int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *
  * one. The game must be convex in the Min variables and concave in the Max variables, with linear
  * constraints of each player's own. most is the largest objective over the Max variables, least the
  * smallest over the Min variables, with the other player's variables held at x. saddle_point is 1
- * if they differ by at most tol, which proves a saddle point over all variables. Each output may be
- * NULL. Returns 0 if there is no gap; IpminmaxMessage says why. */
+ * if they differ by at most the option tol, or by minmax_worst_case_tol times the range of f over
+ * some points: x is then a saddle point over all variables. Each output may be NULL. Returns 0 if
+ * the conditions do not hold or a solve fails; IpminmaxMessage says why. */
 int IpminmaxFindGap(IpminmaxProblem problem, const double *x, double *most, double *least,
                     int *saddle_point, void *user_data);
 
 /* Writes the worst cases of the last solve's robust constraints (Min's that read Max variables),
  * and of f with option minmax_epigraph; see docs/robust_constraints.md. Returns how many there are,
  * and fills the first `capacity` entries of each array that is not NULL: constraints (indices from
- * 0, m for f), values (of the constraint there), multipliers, active (1: x rests on it), worst_x
- * (capacity times n: x and that y). Returns 0 if there are none or no solve has ended. */
+ * 0, m for f), values (of the constraint there), multipliers, active (1: this worst case limits x),
+ * worst_x (capacity times n: x and that y). Returns 0 if there are none or no solve has ended. */
 int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int *constraints,
                                 double *values, double *multipliers, int *active, double *worst_x);
 
@@ -347,10 +353,10 @@ int IpminmaxGetDerivative(IpminmaxProblem problem, const double *dx_L, const dou
 int IpminmaxGetReaction(IpminmaxProblem problem, const double *dx_min, double *dx, double *dmult_g,
                         double *dmult_x_L, double *dmult_x_U, double *dobj, double *d2obj);
 
-/* Predicts the solution after a finite change of bounds from the linearized equations, through
- * changes of the active set. Outputs, each may be NULL: x (n), mult_g (m), mult_x_L, mult_x_U (n),
- * obj (to second order), share: the part of the change that could be followed; below 1
- * IpminmaxMessage says why. */
+/* Predicts the solution after a finite change of bounds (arrays as in IpminmaxGetDerivative). The
+ * prediction follows the linearized equations through changes of the active set. Outputs, each may
+ * be NULL: x (n), mult_g (m), mult_x_L, mult_x_U (n), obj (to second order), share: the part of the
+ * change, 0 to 1, that could be followed; below 1 IpminmaxMessage says why. */
 int IpminmaxPredict(IpminmaxProblem problem, const double *dx_L, const double *dx_U,
                     const double *dg_L, const double *dg_U, double *x, double *mult_g,
                     double *mult_x_L, double *mult_x_U, double *obj, double *share);
@@ -359,11 +365,12 @@ int IpminmaxPredictReaction(IpminmaxProblem problem, const double *dx_min, doubl
                             double *mult_g, double *mult_x_L, double *mult_x_U, double *obj,
                             double *share);
 
-/* A bound that begins (enters 1) or ceases to be active after that share of a change. */
+/* A bound that begins to be active (enters is 1) or ceases to be (0) once `share` of the predicted
+ * change of bounds is made; share is between 0 and 1. */
 typedef struct IpminmaxActiveSetChange {
   double share;
-  int of_constraint; /* 1: of constraint index, 0: of variable index; indices from 0 */
-  int index;
+  int of_constraint; /* 1: a bound of constraint `index`, 0: of variable `index` */
+  int index;         /* from 0 */
   int upper; /* 1: the upper bound */
   int enters;
 } IpminmaxActiveSetChange;
@@ -375,7 +382,8 @@ int IpminmaxGetActiveSetChanges(IpminmaxProblem problem, int capacity,
 int IpminmaxGetActiveSetChangesSized(IpminmaxProblem problem, int capacity,
                                      IpminmaxActiveSetChange *changes, size_t size);
 
-/* Returns why the last solve stopped, finer than the return status; "" before the first solve. */
+/* Returns the name of the status of the last solve (docs/statuses.md), which tells more cases apart
+ * than the return status; "" before the first solve. */
 const char *IpminmaxStatusName(IpminmaxProblem problem);
 
 /* Returns the message of the last failed call on the problem, or of its last solve; for NULL that

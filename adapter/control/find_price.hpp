@@ -24,7 +24,7 @@ struct PriceSearch {
 /// One solve.
 struct PricePoint {
   double price = 0.0;
-  double value = std::numeric_limits<double>::quiet_NaN();  ///< f; NaN where nothing is certified
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< f; NaN if not certified
   bool certified = false;
   Status status = Status::InternalError;
   std::string message;
@@ -35,37 +35,38 @@ struct PricePoint {
 struct PriceCurve {
   /// Least price at which a local minmax was certified; NaN: none was.
   double least = std::numeric_limits<double>::quiet_NaN();
-  /// Largest price below it at which none was found; 0: none failed.
+  /// Largest price below `least` at which no local minmax was certified; 0: no solve failed.
   double refused = 0.0;
-  Result result;                   ///< at least
+  Result result;                   ///< the result at the price `least`
   std::vector<PricePoint> points;  ///< the largest price first
   std::string message;             ///< what was found, in a sentence
 
-  /// "price,value,certified,iterations,seconds,status", a line per point.
+  /// Returns a line for each point: "price,value,certified,iterations,seconds,status".
   [[nodiscard]] std::string table() const;
-  /// The value against the price as SVG; prices without local minmax are marked.
+  /// Returns a picture (SVG) of the value against the price; prices without a certificate are
+  /// marked.
   [[nodiscard]] std::string picture() const;
 };
 
-/// The least price of the disturbance for which a local minmax is certified, by continuation: from
-/// a large price downwards, each solve started at the last solution, then by bisection between the
-/// last price with and the first without. set_price puts a price into the problem, which keeps its
-/// structure; at the end it holds the price `least`, if there is one. Each price gets a solve from
-/// the last solution and, where that fails, one from the problem's own start, neither with new
-/// starts elsewhere (minmax_max_restarts). A stop by the user or by a time limit ends the search.
+/// Finds the least price of the disturbance at which a solve is certified. It lowers the price from
+/// a large one, and each solve starts at the last solution. Then it bisects between the last price
+/// with a certificate and the first one without. set_price puts a price into the problem and must
+/// keep its structure; at the end the problem holds the price `least`, if there is one. If a solve
+/// from the last solution fails, one from the problem's own start follows; neither makes restarts
+/// (minmax_max_restarts). A stop by the user or a limit of time ends the search.
 ///
-/// What is certified is local, and so is the answer: in linear-quadratic games without bounds it is
-/// the square of the smallest gamma of H-infinity control; in others there may be local minmax
-/// points at smaller prices elsewhere.
+/// Certificates are local, and so is the least price. In linear-quadratic games without bounds it
+/// is the square of the smallest gamma of H-infinity control. In other games there may be local
+/// minmax points at smaller prices elsewhere.
 ///
-/// Throws std::invalid_argument for a search that cannot be; exceptions of the model pass through.
+/// Throws std::invalid_argument if the search is invalid; exceptions of the model pass through.
 [[nodiscard]] PriceCurve find_price(Problem& problem,
                                     const std::function<void(double price)>& set_price,
                                     const PriceSearch& search = {},
                                     const SolverOptions& options = {});
 
-/// picture() where the name ends in .svg, else table(). Throws std::runtime_error when the file
-/// cannot be written.
+/// Writes picture() to a file whose name ends in .svg, else table(). Throws std::runtime_error if
+/// the file cannot be written.
 void write_price_curve(const PriceCurve& curve, const std::string& file_name);
 
 }  // namespace ipminmax

@@ -9,8 +9,8 @@
 
 #include "../../core/result.hpp"
 
-/// Warm start in model predictive control: the solution of one time step, moved one stage ahead, is
-/// where the next one starts.
+/// Warm start in model predictive control. The solve of the next time step starts at the solution
+/// of this one, moved one stage ahead.
 ///
 ///   HorizonShift shift(T, {{0, 8}}, {{0, 7}});          // 8 variables, 7 constraints per stage
 ///   app->OptimizeTNLP(model);                           // first time step, from a guess
@@ -37,8 +37,7 @@ struct StageBlock {
   std::size_t size = 0;
 };
 
-/// Moves primal-dual points one stage ahead. What is in no block (parameters, a terminal set)
-/// stays.
+/// Moves primal-dual points one stage ahead. Entries in no block (parameters, a terminal set) stay.
 class HorizonShift {
  public:
   /// stages: T. The blocks of the variables and of the constraints.
@@ -46,8 +45,8 @@ class HorizonShift {
                std::vector<StageBlock> constraints)
       : stages_(stages), variables_(std::move(variables)), constraints_(std::move(constraints)) {}
 
-  /// Stage k gets the values and multipliers that stage k + 1 had; the last stage keeps its own.
-  /// Throws std::invalid_argument when a block ends outside the vectors.
+  /// Returns the point in which stage k has the values and multipliers that stage k + 1 had; the
+  /// last stage keeps its own. Throws std::invalid_argument if a block ends outside the vectors.
   [[nodiscard]] PrimalDual next(const Result& last) const {
     PrimalDual point{last.v, last.lambda, last.z_lower, last.z_upper};
     for (auto* values : {&point.v, &point.z_lower, &point.z_upper}) shift(variables_, *values);
@@ -55,8 +54,9 @@ class HorizonShift {
     return point;
   }
 
-  /// The worst cases of robust constraints likewise, for RepeatedSolver::start_at: each becomes that
-  /// of the constraint one stage before, those of stage 0 go; the last stage keeps its own, too.
+  /// Returns the worst cases of robust constraints for RepeatedSolver::start_at. Each becomes one
+  /// of the same constraint one stage earlier; those of stage 0 are dropped. The last stage also
+  /// keeps its own.
   [[nodiscard]] std::vector<RobustWorstCase> worst_cases(const Result& last) const {
     std::vector<RobustWorstCase> moved;
     for (const RobustWorstCase& found : last.worst_cases) {

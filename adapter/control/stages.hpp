@@ -27,7 +27,10 @@
 /// players are found automatically.
 ///
 ///     min over u   max over w, s   sum over stages of cost(s, u, w) + terminal_cost(s_T)
-///     subject to   s_0 given,  s_{k+1} = s_k + step dynamics(s, u_k, w_k)   (discretized)
+///     subject to   s_0 given,  s_{k+1} = F(s_k, u_k, w_k)
+///
+/// F integrates ds/dt = dynamics(s, u_k, w_k) over one stage of length `step`, and the cost with
+/// it, by the chosen Discretization (default: RungeKutta4). With Discrete F is dynamics itself.
 ///
 ///     struct Pendulum {
 ///       static constexpr std::size_t states = 2, controls = 1, disturbances = 1;
@@ -43,18 +46,19 @@
 ///     ipminmax::StageAnswer plan = game.solve();   // plan.controls[0], plan.states[30], ...
 ///     plan = game.solve_next({0.9, -0.1});         // one stage later, from what was measured
 ///
-/// States are Max's variables and the dynamics are his constraints. Controls, gains and parameters
-/// are Min's variables. Limits are Min's constraints, and robust if they read what Max moves. See
-/// docs/stages.md.
+/// Disturbances w and states s are Max's variables, and the dynamics are his constraints. Controls,
+/// gains and parameters are Min's variables. Limits are Min's constraints, and robust if they read
+/// a variable of Max. See docs/stages.md.
 namespace ipminmax {
 
-/// Rule that gives the next state. Controls and disturbances are constant in a stage.
+/// Rule that gives the next state, f being the dynamics. Controls and disturbances are constant in
+/// a stage. All but Discrete integrate the cost by the same rule.
 enum class Discretization : std::uint8_t {
-  Discrete,          ///< dynamics gives the next state, cost is a sum
-  Euler,             ///< s + step f(s)
-  RungeKutta4,       ///< classical, with the cost integrated by the same rule
-  ImplicitMidpoint,  ///< of order 2, A-stable
-  HermiteSimpson     ///< collocation of order 4
+  Discrete,          ///< s_{k+1} = f(s_k); the cost is a sum
+  Euler,             ///< s_{k+1} = s_k + step f(s_k)
+  RungeKutta4,       ///< the classical explicit rule of order 4
+  ImplicitMidpoint,  ///< s_{k+1} = s_k + step f((s_k + s_{k+1}) / 2); order 2, A-stable
+  HermiteSimpson     ///< implicit collocation of order 4
 };
 
 /// Argument of a model's functions that need more than s, u, w.
@@ -67,17 +71,18 @@ struct StagePoint {
 
 /// The numbers of a game. An empty vector means none, or zeros. A bound of 1e19 or more is absent.
 struct Horizon {
-  std::size_t stages = 20;  ///< T
-  double step = 0.1;        ///< of time, per stage
+  std::size_t stages = 20;  ///< T, the number of stages
+  double step = 0.1;        ///< length of a stage, in the unit of time of the dynamics
   Discretization discretization = Discretization::RungeKutta4;
-  std::vector<double> initial{};                                 ///< states: s_0
-  std::vector<double> initial_spread{};                          ///< Max moves s_0 by up to +- this
-  std::vector<double> final_guess{};                             ///< states start on a line to it
-  std::vector<double> control_lower{}, control_upper{};          ///< controls
-  std::vector<double> control_guess{};                           ///< controls
-  std::vector<double> disturbance_lower{}, disturbance_upper{};  ///< disturbances
-  std::vector<double> parameter_lower{}, parameter_upper{};      ///< parameters, Min's
-  std::vector<double> parameter_guess{};                         ///< parameters
+  std::vector<double> initial{};         ///< s_0: one entry per state
+  std::vector<double> initial_spread{};  ///< one entry per state: Max moves s_0 by at most this
+  /// One entry per state: the starting point has the states on the line from s_0 to it.
+  std::vector<double> final_guess{};
+  std::vector<double> control_lower{}, control_upper{};          ///< one entry per control
+  std::vector<double> control_guess{};                           ///< one entry per control
+  std::vector<double> disturbance_lower{}, disturbance_upper{};  ///< one entry per disturbance
+  std::vector<double> parameter_lower{}, parameter_upper{};  ///< one per parameter, Min's variables
+  std::vector<double> parameter_guess{};                     ///< one entry per parameter
   /// Bounds of the duration of the horizon, which Min chooses; the stages are equally long. Both 0:
   /// the duration is stages times step.
   double duration_lower = 0.0, duration_upper = 0.0;
@@ -99,15 +104,16 @@ struct Horizon {
 /// An answer by stage.
 struct StageAnswer {
   Result result;
-  std::vector<std::vector<double>> states;        ///< T + 1
-  std::vector<std::vector<double>> controls;      ///< T, feedback included
-  std::vector<std::vector<double>> disturbances;  ///< T
+  std::vector<std::vector<double>> states;        ///< s_0, ..., s_T
+  std::vector<std::vector<double>> controls;      ///< T of them, as applied: with feedback
+  std::vector<std::vector<double>> disturbances;  ///< w_0, ..., w_{T-1}
   std::vector<double> parameters;
   std::vector<double> gains;   ///< G row by row
   std::vector<double> memory;  ///< M_1, M_2, ... row by row
   double duration = 0.0;
   std::vector<RobustWorstCase> worst_cases;  ///< of limits
 
+  /// Returns whether the solve succeeded with a certified local minmax.
   [[nodiscard]] bool certified() const {
     return is_success(result.status) && result.certificate.kind == PointKind::LocalMinmax;
   }
@@ -216,8 +222,9 @@ class StageGame : public Problem {
     answer.worst_cases = answer.result.worst_cases;
     return answer;
   }
-  /// Solves one stage later: s_0 is the measured state, and the solve starts at the last answer
-  /// moved one stage ahead, with barrier parameter mu. Without a last answer it is solve.
+  /// Solves one stage later: s_0 is the measured state (one entry per state), and the solve starts
+  /// at the last answer moved one stage ahead, with barrier parameter mu. If the last solve did not
+  /// succeed or there was none, it does what solve does.
   [[nodiscard]] StageAnswer solve_next(std::span<const double> measured, SolverOptions options = {},
                                        double mu = 1e-3, const SolveObserver& observer = {}) {
     const bool warm = last_ && is_success(last_->status);

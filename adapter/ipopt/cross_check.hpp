@@ -12,9 +12,8 @@
 #include "problem_tnlp.hpp"
 
 /// @file
-/// Ipopt as the reference: one and the same model solved by both solvers where it is a
-/// minimization or a maximization; where it is a minmax problem, Ipopt's attempt to improve the
-/// maximizer's answer.
+/// Comparison with Ipopt. A minimization or a maximization is solved by both solvers. For a minmax
+/// problem Ipopt tries to improve the maximizer's answer.
 namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
@@ -22,31 +21,30 @@ inline namespace IPMINMAX_IPOPT_ABI {
 using OptionSetting = std::pair<std::string, std::string>;
 
 struct CrossCheckSettings {
-  /// For this solver, and for Ipopt where it knows the option and it means the same: all but
-  /// linear_solver (Ipopt keeps MUMPS) and names that begin with minmax_. Maximizations over y
-  /// choose start and barrier themselves.
+  /// Options of both solvers. Ipopt does not get linear_solver (it keeps MUMPS) and names that
+  /// begin with minmax_. Maximizations over y choose start and barrier themselves.
   std::vector<OptionSetting> options;
-  /// For Ipopt alone, after those.
+  /// Options of Ipopt alone, set after those.
   std::vector<OptionSetting> ipopt_options;
-  /// Objectives f1 and f2 count as equal when |f1 - f2| <= tolerance max(1, |f1|).
+  /// Objectives f1 and f2 count as equal if |f1 - f2| <= tolerance max(1, |f1|).
   double tolerance = 1e-6;
-  /// Points count as equal when every |v1 - v2| <= point_tolerance max(1, largest |v|).
+  /// Points count as equal if every |v1 - v2| <= point_tolerance max(1, largest |v|).
   double point_tolerance = 1e-4;
 
   // Minmax problems only.
-  /// A maximization near y* stays within radius times the length of y_i: its size there or at the
-  /// problem's start, at most half of its box.
+  /// A maximization near y* moves y_i by at most radius times its length: |y_i| at y* or at the
+  /// problem's start, but at most half of the distance between its bounds.
   double radius = 1e-2;
-  /// Gain (relative as tolerance, but to no more than 100 times the range of f at all starts) above
-  /// which y* is no local maximum.
+  /// If f rises by more than this near y*, then y* is no local maximum. Relative as tolerance, but
+  /// to at most 100 times the range of f at all starts.
   double gain_tolerance = 1e-7;
   int near_starts = 4;  ///< maximizations near y*, the first from y*, the others from around it
-  int far_starts = 2;   ///< maximizations over all y, from up to these lengths away
+  int far_starts = 2;   ///< maximizations over all y, from points some lengths away from y*
   unsigned seed = 1;    ///< of the starts
 };
 
 enum class CrossCheckVerdict : std::uint8_t {
-  NotCompared,      ///< the model or an option is invalid, or nobody has a point; see message
+  NotCompared,      ///< the model or an option is invalid, or there is no point; see message
   SameSolution,     ///< both succeed at the same point
   SameObjective,    ///< both succeed with the same objective at different points
   OursBetter,       ///< both succeed, this solver with the better objective
@@ -69,15 +67,15 @@ struct AnswerDifference {
   double z_upper = 0.0;
 };
 
-/// What Ipopt makes of the maximization over y at fixed x.
+/// Result of Ipopt's maximizations over y at fixed x.
 struct InnerMaximumCheck {
   double objective = 0.0;      ///< f(x*, y*)
-  int near_runs = 0;           ///< maximizations near y*; none when no y is free
-  int near_solved = 0;         ///< of them, reported as solved by Ipopt
+  int near_runs = 0;           ///< number of maximizations near y*; 0 if no y is free
+  int near_solved = 0;         ///< how many of them Ipopt reports as solved
   bool improved_near = false;  ///< refutes y* as a local maximum
   double best_near = 0.0;      ///< largest f found near y*, at feasible y
-  std::vector<double> v_near;  ///< its point, n; empty when not improved
-  /// A better maximum elsewhere says nothing against a local minmax, but worth knowing.
+  std::vector<double> v_near;  ///< the point of best_near, n; empty unless improved_near
+  /// Whether a better maximum was found elsewhere; it does not refute a local minmax.
   bool improved_far = false;
   double best_far = 0.0;
   std::vector<double> v_far;
@@ -89,38 +87,37 @@ struct CrossCheck {
   std::string message;  ///< why nothing could be compared
   Result ours;
   IpoptAnswer ipopt;  ///< not used for minmax problems
-  /// Second-order test of this solver at Ipopt's point; NotTested where the point does not meet
-  /// 100 tol, or for minmax problems.
+  /// Second-order test of this solver at Ipopt's point; NotTested if the point does not meet 100
+  /// tol, or for minmax problems.
   Certificate ipopt_certificate;
-  AnswerDifference difference;  ///< where both have a point
+  AnswerDifference difference;  ///< zero unless both have a point
   InnerMaximumCheck inner;      ///< minmax problems only
   Index variables = 0, min_variables = 0, constraints = 0;
 
-  /// Table of all that, and the verdict in words; plain ASCII lines.
+  /// Returns a table of both answers and the verdict in words, as lines of ASCII text.
   [[nodiscard]] std::string report() const;
 };
 
 /// Solves the problem with both solvers from its starting point and compares.
 ///
 /// Without Max variables both minimize; without Min variables both maximize. Otherwise this solver
-/// solves the minmax problem, x is fixed at its answer x*, and Ipopt maximizes over y from its
-/// answer y* and from around it; Ipopt has no way to check the minimizer's side.
+/// solves the minmax problem. Then x is fixed at the answer x*, and Ipopt maximizes over y from the
+/// answer y* and from points around it. Ipopt cannot check that x minimizes.
 ///
-/// Prints nothing. Exceptions of the problem pass through. Not for several threads at once with
-/// the same problem; see solve_with_ipopt for others.
+/// Prints nothing. Exceptions of the problem pass through. Several threads must not use the same
+/// problem at once; see solve_with_ipopt for other restrictions.
 [[nodiscard]] CrossCheck cross_check_with_ipopt(Problem& problem,
                                                 const CrossCheckSettings& settings = {});
 
-/// The same for an Ipopt model (MinMaxTNLP or with metadata "player" for a minmax problem). Of the
-/// model only the functions that describe the problem are called: no finalize_solution, no
-/// finalize_metadata, no intermediate_callback.
+/// Does the same for an Ipopt model (for a minmax problem a MinMaxTNLP, or one with metadata
+/// "player"). It calls only the functions that describe the problem, not finalize_solution,
+/// finalize_metadata or intermediate_callback.
 [[nodiscard]] CrossCheck cross_check_with_ipopt(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
                                                 const CrossCheckSettings& settings = {});
 
-/// Only the second half: can Ipopt improve the maximizer's part of any point v (n entries)?
-/// The structure of the problem has to be valid (see solve). Throws std::invalid_argument when v
-/// has another size or an option is invalid, std::runtime_error when the objective is undefined at
-/// v.
+/// Lets Ipopt try to improve the maximizer's variables of a point v (n entries), without a solve.
+/// The structure of the problem has to be valid (see solve). Throws std::invalid_argument if v has
+/// another size or an option is invalid, std::runtime_error if the objective is undefined at v.
 [[nodiscard]] InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double>& v,
                                                     const CrossCheckSettings& settings = {});
 

@@ -408,8 +408,9 @@ std::string place_of(const RobustWorstCase& found, const ProblemStructure& struc
 std::string robust_summary(const Result& result, const ProblemStructure& structure) {
   constexpr std::size_t kMostRows = 50;
   const SearchOverY& y = result.over_y;
-  std::string text = format("\nRobust constraints: %zu worst cases, %d solves, %d maximizations\n",
-                            result.worst_cases.size(), y.solves, y.maximizations);
+  const std::size_t cases = result.worst_cases.size();
+  std::string text = format("\nRobust constraints: %zu worst case%s, %d solves, %d maximizations\n",
+                            cases, cases == 1 ? "" : "s", y.solves, y.maximizations);
   text += format("\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
   for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
     const RobustWorstCase& found = result.worst_cases[k];

@@ -51,9 +51,9 @@ namespace ipminmax::log {
 /// the iteration before, as "K 1 Kyy 3" (print_info_string).
 [[nodiscard]] std::string iteration_row(const IterationInfo& info, bool with_info = false);
 
-/// The same in Ipopt's ten columns, for programs that read its log (print_ipopt_log): inf_du and
-/// lg(rg) are the larger of both players', and the letter is one of Ipopt's, n where it has none. An
-/// r behind the row's number, from 0, marks a restoration.
+/// The same in Ipopt's ten columns, for programs that read its log (print_ipopt_log). inf_du and
+/// lg(rg) are the larger of both players'. The letter is one of Ipopt's, or n if Ipopt has none for
+/// this step. An r after the row's number, from 0, marks a restoration.
 [[nodiscard]] std::string ipopt_iteration_header();
 [[nodiscard]] std::string ipopt_iteration_row(const IterationInfo& info, Index number);
 

@@ -28,15 +28,16 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// GetCurrentViolations. As in Ipopt, finalize_solution is not called if the solve stops before its
 /// first iterate (invalid option, invalid problem, too few degrees of freedom).
 ///
-/// A solve inside a function of the model that is being solved is refused
-/// (Invalid_Problem_Definition). An application that the model releases lives until its solve ends.
+/// A function of the model must not call OptimizeTNLP of the application that is solving this
+/// model; such a call returns Invalid_Problem_Definition. If the model releases the application
+/// during a solve, the application lives until that solve ends.
 ///
 /// An exception of the model ends the solve as in Ipopt: with Unrecoverable_Exception for Ipopt's
 /// own types, else with NonIpopt_Exception_Thrown. After RethrowNonIpoptException(true) it passes
 /// through.
 class MinMaxApplication : public Ipopt::ReferencedObject {
  public:
-  /// create_console_out: whether to print on the console; create_empty: no console in any case.
+  /// create_console_out: whether to print on the console. create_empty: never print there.
   explicit MinMaxApplication(bool create_console_out = true, bool create_empty = false);
   /// Uses existing options, in which every option of RegisterOptions must be registered.
   MinMaxApplication(const Ipopt::SmartPtr<Ipopt::RegisteredOptions>& registry,
@@ -52,12 +53,13 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
 
   /// Registers all options: the solver's, the application's and those that only Ipopt has.
   static void RegisterAllIpoptOptions(const Ipopt::SmartPtr<Ipopt::RegisteredOptions>& registry);
+  /// Does the same; Ipopt has both names.
   static void RegisterOptions(const Ipopt::SmartPtr<Ipopt::RegisteredOptions>& registry);
 
   /// Reads the options file ipminmax.opt if it exists, or the file that option_file_name names,
-  /// which must exist. Each Initialize returns Invalid_Option, and reports why, if an option is
-  /// unknown or has an invalid value or the file cannot be read. allow_clobber: whether later Set
-  /// calls may change what a file sets.
+  /// which must exist. Every Initialize returns Solve_Succeeded, or Invalid_Option (and prints why)
+  /// if an option is unknown or has an invalid value or the file cannot be read. allow_clobber:
+  /// whether later Set calls may change what a file sets.
   Ipopt::ApplicationReturnStatus Initialize(bool allow_clobber = false);
   /// Reads the given options file; "" reads none.
   Ipopt::ApplicationReturnStatus Initialize(const std::string& options_file,
@@ -66,6 +68,7 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Reads options from the stream.
   Ipopt::ApplicationReturnStatus Initialize(std::istream& options, bool allow_clobber = false);
 
+  /// Return the options, the journalist (which prints) and the list of known options.
   Ipopt::SmartPtr<Ipopt::OptionsList> Options();
   Ipopt::SmartPtr<const Ipopt::OptionsList> Options() const;
   Ipopt::SmartPtr<Ipopt::Journalist> Jnlst();
@@ -91,30 +94,30 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// INVALID_WARMSTART if it is another model or nothing was solved before.
   Ipopt::ApplicationReturnStatus ReOptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
 
-  /// Return Invalid_Problem_Definition: only a TNLP can name the owners of its variables.
+  /// Return Invalid_Problem_Definition, since only a TNLP can name the owners of its variables.
   Ipopt::ApplicationReturnStatus OptimizeNLP(const Ipopt::SmartPtr<Ipopt::NLP>& nlp);
   Ipopt::ApplicationReturnStatus OptimizeNLP(const Ipopt::SmartPtr<Ipopt::NLP>& nlp,
                                              Ipopt::SmartPtr<Ipopt::AlgorithmBuilder>& builder);
   Ipopt::ApplicationReturnStatus ReOptimizeNLP(const Ipopt::SmartPtr<Ipopt::NLP>& nlp);
 
-  /// Writes the iterate; to be called inside intermediate_callback (inside finalize_solution it
-  /// writes the answer). The iterate is what LastResult() would hold if the callback stopped the
-  /// solve now: v, lambda, z_lower, z_upper, constraints in the model's order and units, error, mu,
-  /// counts. It takes one evaluation of objective and constraints per callback, with fixed
-  /// variables also of their derivatives. scaled: v, lambda, z_lower, z_upper and constraints in
-  /// the units of the solve (nlp_scaling_method, obj_scaling_factor). Returns false and writes
-  /// nothing anywhere else; with scaled also if there are several solves or robust constraints.
+  /// Writes the iterate: what LastResult() would hold if the callback stopped the solve now (v,
+  /// lambda, z_lower, z_upper and constraints in the model's order and units, error, mu, counts).
+  /// Call it inside intermediate_callback; inside finalize_solution it writes the answer. It
+  /// evaluates objective and constraints once per callback, and their derivatives if variables are
+  /// fixed. scaled: v, lambda, z_lower, z_upper and constraints in the units of the solve
+  /// (nlp_scaling_method, obj_scaling_factor). Returns false and writes nothing outside these
+  /// callbacks, and with scaled also if there are several solves or robust constraints.
   bool GetCurrentIterate(Result& iterate, bool scaled = false) const;
-  /// Writes by how much the iterate violates the first-order conditions, entry by entry. It takes
-  /// one evaluation of gradient and Jacobian. Returns false if these are undefined or not finite,
-  /// or if GetCurrentIterate returns false.
+  /// Writes by how much the iterate violates the first-order conditions, entry by entry
+  /// (core/violations.hpp). It evaluates gradient and Jacobian once. Returns false if these are
+  /// undefined or not finite, or if GetCurrentIterate returns false.
   bool GetCurrentViolations(Violations& violations, bool scaled = false) const;
 
   /// Returns the answer of the last solve with its certificate; after a failed Initialize only
   /// status and message are set.
   [[nodiscard]] const Result& LastResult() const;
-  /// Returns the worst cases of the last answer's robust constraints, and of f with
-  /// minmax_epigraph.
+  /// Returns the worst cases of the last answer's robust constraints, and of f if minmax_epigraph
+  /// was set.
   [[nodiscard]] const std::vector<RobustWorstCase>& LastWorstCases() const;
   /// Returns the certified points of the last solve with minmax_starts above 1, the best first;
   /// empty after any other solve.
@@ -126,7 +129,8 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   [[nodiscard]] std::string CheckWorstCase(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
                                            std::span<const double> v, Index starts,
                                            WorstCaseCheck& check) const;
-  /// Computes the duality gap at v in the same way; see core/gap.hpp.
+  /// Computes the duality gap at v (n values) with this application's options; see core/gap.hpp.
+  /// Returns an empty text, or why there is no gap.
   [[nodiscard]] std::string FindGap(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
                                     std::span<const double> v, DualityGap& gap) const;
   /// Prepares `sensitivity` for the last answer. Returns an empty text, or why that has no
@@ -143,7 +147,7 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Prints the banner now instead of before the first solve.
   void PrintCopyrightMessage();
   /// Sets whether exceptions of the model that are not Ipopt's pass through OptimizeTNLP (default:
-  /// no). bad_alloc never does, as in Ipopt. Returns the previous setting.
+  /// no). std::bad_alloc never does, as in Ipopt. Returns the previous setting.
   bool RethrowNonIpoptException(bool dorethrow);
 
  private:

@@ -16,7 +16,7 @@ inline namespace IPMINMAX_IPOPT_ABI {
 static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Index, int>,
               "Ipminmax needs an Ipopt with double precision numbers and int indices");
 
-/// Writes the iterate as MinMaxApplication::GetCurrentIterate does; to be called inside a model's
+/// Writes the iterate as MinMaxApplication::GetCurrentIterate does. Call it inside a model's
 /// intermediate_callback or finalize_solution. x, z_L and z_U have n entries, g and lambda m; each
 /// may be null. Returns false and writes nothing if it is called elsewhere, if n or m are wrong, or
 /// if GetCurrentIterate returns false.
@@ -24,8 +24,9 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
                                        Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
                                        Ipopt::Number* g, Ipopt::Number* lambda);
 
-/// Writes what MinMaxApplication::GetCurrentViolations gives (core/violations.hpp), under the same
-/// conditions. The last two arrays have m entries, the others n; each may be null.
+/// Writes the violations that MinMaxApplication::GetCurrentViolations returns; core/violations.hpp
+/// defines each array. The last two arrays have m entries, the others n; each may be null. Returns
+/// false and writes nothing under the conditions of get_current_iterate.
 [[nodiscard]] bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
                                           Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
                                           Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x,
@@ -48,23 +49,25 @@ class ObservableTNLP : public Ipopt::TNLP {
                            Ipopt::Number* nlp_constraint_violation, Ipopt::Number* compl_g) const;
 };
 
-/// An Ipopt model that says who owns what. One vector of variables, one of constraints, one
-/// objective and one Hessian of the Lagrangian sigma f + lambda' g serve both players.
+/// An Ipopt model that says which player owns each variable and each constraint. It has one vector
+/// of variables, one of constraints, one objective f (which Min minimizes and Max maximizes) and
+/// one Hessian, that of obj_factor f + lambda' g, for both players.
 class MinMaxTNLP : public ObservableTNLP {
  public:
-  /// Writes the owner of each variable: n entries, all Min on entry. Returning false or throwing
-  /// INVALID_TNLP stops the solve with Invalid_Problem_Definition; the exception's message is
-  /// reported.
+  /// Writes the owner of each variable into players: n entries, all Min on entry. Return true.
+  /// False or the exception INVALID_TNLP ends the solve with Invalid_Problem_Definition; the
+  /// message of the exception is printed.
   virtual bool get_variable_players(Ipopt::Index n, Player* players) = 0;
 
   /// Changes the owners of constraints: m entries, on entry the defaults (Max if the constraint has
   /// a Jacobian entry in a Max variable, else Min). A constraint of Min that reads Max variables is
-  /// robust. Fails as get_variable_players.
+  /// robust: x must meet it for every y (docs/robust_constraints.md). Fails as
+  /// get_variable_players.
   virtual bool get_constraint_players(Ipopt::Index m, Player* players);
 
-  /// Is called instead of intermediate_callback in each iteration of a maximization of a robust
-  /// constraint or of f over y at fixed x; value is the present value. Returning false stops the
-  /// solve, which returns the best finished point.
+  /// Is called, instead of intermediate_callback, in each iteration of a maximization over y at
+  /// fixed x. value is that of the function maximized (f or a robust constraint) at the iterate.
+  /// Return false to stop the whole solve; it then returns its best finished point.
   virtual bool maximization_callback(Ipopt::Index iter, Ipopt::Number value);
 };
 
@@ -73,12 +76,13 @@ class MinMaxTNLP : public ObservableTNLP {
 class ModelOverBoxes {
  public:
   virtual ~ModelOverBoxes() = default;
+  /// Returns the functions over boxes (core/proof.hpp), or null if the model has none.
   [[nodiscard]] virtual const BoxFunctions* over_boxes() = 0;
 };
 
-/// Second base class of an Ipopt model that can evaluate some of its constraints faster than all. A
-/// maximization of a robust constraint over y needs its row and Max's rows. eval_h should skip rows
-/// with lambda 0.
+/// Second base class of an Ipopt model that can evaluate single constraints (rows) faster than all.
+/// A maximization of a robust constraint over y then evaluates only this row and Max's rows. eval_h
+/// should skip rows with lambda 0.
 class ModelByRows {
  public:
   virtual ~ModelByRows() = default;
@@ -89,15 +93,15 @@ class ModelByRows {
                                        Ipopt::Index count, const Ipopt::Index* rows, Ipopt::Index m,
                                        Ipopt::Number* g, Ipopt::Index nele_jac,
                                        Ipopt::Number* values) = 0;
-  /// Does the same for any model; one that is not a ModelByRows evaluates all rows.
+  /// Calls eval_rows if the model is a ModelByRows, else eval_g or eval_jac_g for all rows.
   [[nodiscard]] static bool eval_rows_of(Ipopt::TNLP& model, Ipopt::Index n, const Ipopt::Number* x,
                                          bool new_x, Ipopt::Index count, const Ipopt::Index* rows,
                                          Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
                                          Ipopt::Number* values);
 };
 
-/// Gives variables and constraints of an unmodified Ipopt model to Max. Every call is passed on to
-/// the model. An index that is out of range or given twice stops the solve with
+/// Gives variables and constraints of an unmodified Ipopt model to Max, and passes every call on to
+/// that model. An index that is out of range or given twice ends the solve with
 /// Invalid_Problem_Definition.
 class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
  public:

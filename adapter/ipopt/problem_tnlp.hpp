@@ -14,8 +14,8 @@
 namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
-/// What Ipopt returned, in the units and with the signs of Result. Vectors are empty when Ipopt
-/// stopped before its first iterate.
+/// Answer of Ipopt, in the units and with the signs of Result. Vectors are empty if Ipopt stopped
+/// before its first iterate.
 struct IpoptAnswer {
   Ipopt::ApplicationReturnStatus status = Ipopt::Internal_Error;
   std::vector<double> v;            ///< n
@@ -31,8 +31,8 @@ struct IpoptAnswer {
   [[nodiscard]] bool solved() const { return status == Ipopt::Solve_Succeeded; }
 };
 
-/// A Problem as Ipopt's model, which minimizes over the variables of both players; what
-/// TnlpProblem does the other way round. Keeps Ipopt's answer.
+/// Makes a model for Ipopt from a Problem (TnlpProblem does the reverse) and keeps Ipopt's answer.
+/// Ipopt minimizes it over the variables of both players.
 class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes, public ModelByRows {
  public:
   /// The problem has to outlive the model, and its structure has to be valid (see solve).
@@ -44,7 +44,7 @@ class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes, public ModelByRow
 
   bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
                     Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
-  /// Names, where the problem has them: idx_names.
+  /// Writes the problem's names, if it has any, as idx_names.
   bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_string_md,
                             IntegerMetaDataMapType& var_integer_md,
                             NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
@@ -85,8 +85,8 @@ class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes, public ModelByRow
   IpoptAnswer answer_;
 };
 
-/// A Problem as Ipopt's model, with its players: for MinMaxApplication. Ipopt itself, or
-/// IpoptApplication, minimizes it over the variables of both.
+/// Makes a model with players for MinMaxApplication from a Problem. IpoptApplication minimizes it
+/// over the variables of both.
 class GameTNLP : public SplitTNLP {
  public:
   /// The problem has to outlive the model, and its structure has to be valid (see solve).
@@ -100,11 +100,11 @@ class GameTNLP : public SplitTNLP {
   Problem& problem_;
 };
 
-/// Minimizes the problem's objective over the variables of both players with Ipopt: its defaults,
-/// linear solver MUMPS, no output; more settings by the function (setting an option that Ipopt does
-/// not know or a value it does not allow is its business: Ipopt then answers Invalid_Option or
-/// throws). Exceptions of the problem pass through. Holds the lock of MUMPS meanwhile: solves in
-/// other threads wait.
+/// Minimizes the problem's objective over the variables of both players with Ipopt. Ipopt has its
+/// default options, linear solver MUMPS and no output; set_options may change options. If Ipopt
+/// does not know an option or does not allow its value, it returns Invalid_Option or throws.
+/// Exceptions of the problem pass through. Holds the lock of MUMPS meanwhile, so solves in other
+/// threads that use MUMPS wait.
 [[nodiscard]] IpoptAnswer solve_with_ipopt(
     Problem& problem, const std::function<void(Ipopt::OptionsList&)>& set_options = {});
 

@@ -13,43 +13,43 @@
 namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
-/// An Ipopt model as the core sees it. Calls the model in Ipopt's order:
+/// Makes a Problem from an Ipopt model. Calls the model in Ipopt's order:
 ///   1. load: get_nlp_info, get_var_con_metadata, get_bounds_info, structure of eval_jac_g,
-///      structure of eval_h (where it returns false, the nonlinear variables instead), players,
+///      structure of eval_h (if it returns false, the nonlinear variables instead), players,
 ///      get_bounds_info again
 ///   2. starting_point and evaluations, while the core solves; report after each iteration
 ///   3. finalize: finalize_metadata, finalize_solution
 /// Exceptions of the model pass through.
 class TnlpProblem : public Problem {
  public:
-  /// model: a MinMaxTNLP, or a plain TNLP: then every variable is Min unless the model's integer
-  /// variable metadata "player" says otherwise (n entries, 0 Min, 1 Max; the same for constraints).
-  /// options: what minmax_max_variables and minmax_max_constraints list; an error when the model's
-  /// own players disagree.
-  /// hessian: with LimitedMemory eval_h is never called, as in Ipopt.
+  /// model: a MinMaxTNLP, or a plain TNLP. Every variable of a plain TNLP is Min's unless its
+  /// integer metadata "player" says otherwise (n entries, 0 Min, 1 Max; the same for constraints).
+  /// options: the lists of minmax_max_variables, minmax_max_constraints, minmax_min_constraints;
+  /// load fails if the model's own players disagree. hessian: with LimitedMemory eval_h is never
+  /// called, as in Ipopt.
   explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options = {},
                        HessianApproximation hessian = HessianApproximation::Unset);
 
-  /// Reads everything that does not change during a solve. Returns what is wrong with it, empty
-  /// when nothing is. To be called before anything else, and again before another solve.
+  /// Reads everything that does not change during a solve. Returns an empty text, or what is wrong.
+  /// Call it before anything else, and again before another solve.
   [[nodiscard]] std::string load();
-  /// Whether what is wrong is that eval_jac_g gave no structure: Ipopt since 3.14.13 has a status of
-  /// its own for that.
+  /// Returns whether load failed because eval_jac_g gave no structure. Ipopt 3.14.13 and later have
+  /// a status for this.
   [[nodiscard]] bool has_no_jacobian() const { return has_no_jacobian_; }
-  /// Whether it is what the constructor makes of these.
+  /// Returns whether it was made from these arguments.
   [[nodiscard]] bool is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
                            HessianApproximation hessian) const;
 
-  /// Passes the iteration on to intermediate_callback or maximization_callback; false when the model
-  /// wants to stop.
+  /// Passes the iteration on to intermediate_callback or maximization_callback. Returns false if
+  /// the model wants to stop.
   [[nodiscard]] bool report(const IterationInfo& info);
 
-  /// Whether the model has given a starting point.
+  /// Returns whether the model has given a starting point.
   [[nodiscard]] bool started() const { return started_; }
 
-  /// Hands the answer to the model. Where the result has no vectors (an exception, functions
-  /// undefined at the start) x is the last point at which first derivatives were asked for, and
-  /// multipliers and constraint values are zero, as in Ipopt.
+  /// Gives the answer to the model (finalize_metadata, finalize_solution). If the result has no
+  /// vectors (an exception, functions undefined at the start), x is the last point at which first
+  /// derivatives were asked for, and multipliers and constraint values are zero, as in Ipopt.
   void finalize(Ipopt::SolverReturn status, const Result& result);
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }

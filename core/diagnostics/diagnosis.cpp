@@ -1,12 +1,16 @@
 #include "core/diagnostics/diagnosis.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "core/certificate/scaling.hpp"
 #include "core/diagnostics/remarks.hpp"
 #include "core/differences/directional_check.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
@@ -94,6 +98,65 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
   return "first and second derivatives agree with differences there";
 }
 
+/// Says where the model is undefined a small step of Min's variables away, as far as bounds allow:
+/// a search that ends there ends for this reason. Empty: not so, or there are no such variables.
+std::string undefined_beside(CanonicalProblem& canonical) {
+  constexpr double kSmallStep = 1e-2;  // of a variable's length
+  const Eigen::VectorXd v = canonical.starting_point().v;
+  const IndexRange x = canonical.x();
+  Eigen::VectorXd there, c = Eigen::VectorXd::Zero(canonical.constraints());
+  const auto moved = [&](Index i, double sign) {
+    const double lower = canonical.lower()[i], upper = canonical.upper()[i];
+    return std::clamp(v[i] + sign * kSmallStep * length_of(v[i], 0.0, lower, upper), lower, upper);
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    const auto is_defined = [&](Index count) {
+      there = v;
+      for (Index i = x.begin; i < x.begin + count; ++i) there[i] = moved(i, sign);
+      double f = 0.0;
+      return canonical.values(there, f, c) == EvaluationStatus::Ok;
+    };
+    if (is_defined(x.size()) || !is_defined(0)) continue;
+    Index defined = 0, undefined = x.size();  // the first variables moved
+    while (undefined - defined > 1) {
+      const Index middle = defined + (undefined - defined) / 2;
+      (is_defined(middle) ? defined : undefined) = middle;
+    }
+    const Index i = x.begin + defined;
+    const double unit = canonical.variable_scale(i);
+    return "the model is undefined if " + canonical.column_name(i) + " goes from " +
+           number_text(v[i] / unit, 3) + " to " + number_text(moved(i, sign) / unit, 3) +
+           "\nbound the variable where the model is defined, or check whether f has a minimum "
+           "there";
+  }
+  return {};
+}
+
+/// Says that f carries fewer digits than a double: it stays the same over a step whose slope says
+/// that it changes. Three values and one gradient. Empty: not so, or it cannot be told.
+std::string few_digits(CanonicalProblem& canonical) {
+  constexpr double kChange = 1e-11;       // of f, by its slope: far below the rounding of a float
+  constexpr double kRoundingOfV = 1e-13;  // a shorter step, relative to its variable, is lost
+  const Eigen::VectorXd v = canonical.starting_point().v;
+  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
+  if (canonical.objective(v, here.f) != EvaluationStatus::Ok || here.f == 0.0 ||
+      canonical.first_derivatives(v, here) != EvaluationStatus::Ok) {
+    return {};
+  }
+  Eigen::Index i = 0;
+  const double slope = here.gradient.cwiseAbs().maxCoeff(&i);
+  const double step = kChange * std::abs(here.f) / slope;
+  if (!std::isfinite(step) || step < kRoundingOfV * std::abs(v[i])) return {};
+  for (const double sign : {-1.0, 1.0}) {
+    Eigen::VectorXd there = v;
+    there[i] += sign * step;
+    double f = 0.0;
+    if (canonical.objective(there, f) != EvaluationStatus::Ok || f != here.f) return {};
+  }
+  return "the objective is rounded to few digits: it stays the same over a small step of " +
+         canonical.column_name(static_cast<Index>(i)) + "\ncompute it in double precision";
+}
+
 }  // namespace
 
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result) {
@@ -110,8 +173,22 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   AtResult at(problem, &result);
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
-  const std::string verdict =
-      canonical.build().empty() ? find_wrong_derivative(canonical, has_hessian) : "";
+  const bool built = canonical.build().empty();
+  const bool kink = result.status == Status::NoLocalMinmaxFound;
+  std::string cause;
+  if (built && (kink || result.status == Status::TinyStep ||
+                result.status == Status::InertiaCorrectionFailed)) {
+    cause = undefined_beside(canonical);
+    if (cause.empty()) cause = few_digits(canonical);
+  }
+  if (!cause.empty() && kink) {  // in place of the first line, which speaks of kinks
+    const std::string rest =
+        result.message.substr(std::min(result.message.find('\n'), result.message.size()));
+    result.message = std::string(name_of(result.status)) + rest + '\n' + cause;
+    return;
+  }
+  if (!cause.empty()) help = std::move(cause);
+  const std::string verdict = built ? find_wrong_derivative(canonical, has_hessian) : "";
   for (const std::string& text : {verdict, help}) {
     if (text.empty()) continue;
     if (result.message.empty()) result.message = std::string(name_of(result.status));

@@ -145,7 +145,7 @@ std::string unmet_by_max(const ProblemStructure& s, const SolverOptions& options
   return "Max's constraints are not met at this x, " +
          constraint_name(s, static_cast<Index>(worst)) + " by " + number_text(most, 3) +
          ": no y may satisfy them there\n"
-         "do they restrict Min instead, or is a variable of theirs Max's that should be Min's?";
+         "should they restrict Min, or should one of their variables be Min's?";
 }
 
 std::string remedies(const ProblemStructure& s, const Result& result) {

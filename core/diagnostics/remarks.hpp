@@ -22,12 +22,13 @@ namespace ipminmax {
 [[nodiscard]] std::string unmet_by_max(const ProblemStructure& structure,
                                        const SolverOptions& options, const Result& result);
 
-/// What may help a game that ended without a local minmax, in the user's terms: mistakes in who owns
-/// what, the disturbance that f grows with, prices. Empty: nothing to say, or another status.
+/// Returns what may help a game that ended without a local minmax, in the user's terms: mistakes in
+/// who owns what, the disturbance that f grows with, prices. Empty: no advice, or another status.
 [[nodiscard]] std::string remedies(const ProblemStructure& structure, const Result& result);
 
 /// Names the first inequality of Max that reads both players' variables, in a model without robust
-/// constraints: such a row is Max's by default, and may have been meant for Min. Empty: there is none.
+/// constraints. Such a row is Max's by default, and may have been meant for Min. Empty: there is
+/// none.
 [[nodiscard]] std::string coupled_remark(const ProblemStructure& structure);
 
 }  // namespace ipminmax

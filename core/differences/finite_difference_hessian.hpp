@@ -22,7 +22,8 @@ namespace ipminmax {
 /// does not pass for a zero.
 ///
 /// Variables are perturbed in groups (color_hessian) by minmax_difference_step times their length
-/// (length_of): to both sides, or twice to one side near a bound, either way with an error of second order in the step.
+/// (length_of): to both sides, or twice to one side near a bound. The error is of second order in
+/// the step both ways.
 /// Where a point is undefined, the group's variables are perturbed one by one, to the other side
 /// and with smaller steps; when nothing helps, the Hessian is undefined.
 class FiniteDifferenceHessian final : public Problem {

@@ -18,26 +18,27 @@
 /// @file
 /// Numbers that enclose: formulas written once for any number type (autodiff_problem.hpp) are
 /// bounded over whole boxes, for proofs (proof.hpp). Every operation rounds outward, whatever the
-/// compiler does with the rest of the program: a result of + - * / sqrt, correctly rounded, by one
-/// unit in the last place, one of the C library's other functions by kLibraryUlps. Sources:
-/// R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis (SIAM 2009); errors
-/// of the functions: the GNU C library's manual, "Known Maximum Errors in Math Functions".
+/// compiler does with the rest of the program. A result of + - * / sqrt, which is correctly
+/// rounded, is moved by one unit in the last place, that of another function of the C library by
+/// kLibraryUlps. Sources: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval
+/// Analysis (SIAM 2009); errors of the functions: the GNU C library's manual, "Known Maximum Errors
+/// in Math Functions".
 namespace ipminmax {
 
-/// A comparison whose outcome differs between the points of a box: formulas that branch cannot be
-/// enclosed.
+/// Thrown if the outcome of a comparison differs between the points of a box: formulas that branch
+/// cannot be enclosed.
 class UndecidedComparison : public std::domain_error {
  public:
   UndecidedComparison()
       : std::domain_error("the formulas compare values whose order differs within a box") {}
 };
 
-/// All numbers between two, which may be infinite.
+/// All numbers between two ends, which may be infinite.
 class Interval {
  public:
   using FormulaNumber = void;
   Interval(double value = 0.0) : Interval(value, value) {}  // NOLINT: conversion is the point
-  /// NaN, or ends in the wrong order: all numbers.
+  /// Makes the interval of all numbers if an end is NaN or the ends are in the wrong order.
   Interval(double lower, double upper) : lower_(lower), upper_(upper) {
     if (!(lower <= upper) || lower == kInf || upper == -kInf) *this = all();
   }
@@ -52,9 +53,9 @@ class Interval {
   [[nodiscard]] double upper() const { return upper_; }
   [[nodiscard]] bool contains(double x) const { return lower_ <= x && x <= upper_; }
   [[nodiscard]] bool is_zero() const { return lower_ == 0.0 && upper_ == 0.0; }
-  /// Largest absolute value.
+  /// Returns the largest absolute value.
   [[nodiscard]] double magnitude() const { return std::max(std::abs(lower_), std::abs(upper_)); }
-  /// A number inside, halfway where the ends are finite.
+  /// Returns a number inside, the midpoint if both ends are finite.
   [[nodiscard]] double middle() const {
     if (lower_ == -kInf) return upper_ == kInf ? 0.0 : upper_;
     return upper_ == kInf ? lower_ : std::clamp(0.5 * lower_ + 0.5 * upper_, lower_, upper_);
@@ -86,7 +87,7 @@ class Interval {
   Interval& operator*=(const Interval& b) { return *this = *this * b; }
   Interval& operator/=(const Interval& b) { return *this = *this / b; }
 
-  /// The numbers in both; those of a where there are none, which rounding alone may cause.
+  /// Returns the numbers in both. If there are none, which only rounding can cause, returns a.
   friend Interval intersection(const Interval& a, const Interval& b) {
     const double lower = std::max(a.lower_, b.lower_), upper = std::min(a.upper_, b.upper_);
     return lower <= upper ? Interval(lower, upper) : a;
@@ -233,14 +234,13 @@ class Interval {
   double lower_ = 0.0, upper_ = 0.0;
 };
 
-/// A value over a box with its first and second derivatives along a few directions there: of
-/// v_i with i a direction, the derivative is 1. Derivatives enclose what they are on both sides of
-/// the box's ends: at a kink, a pole or an end of where the formula is defined, also where the box
-/// only touches it, they hold all one-sided slopes. So a slope with a strict sign has it in the
-/// neighbouring boxes, too, as far as they touch.
+/// A value over a box with its first and second derivatives along a few directions. A direction is
+/// a variable whose derivative along it is 1. Derivatives also enclose those just outside the ends
+/// of the box. If the box touches a kink, a pole or an end of the formula's domain, they contain
+/// all one-sided slopes. So a slope of strict sign has this sign in touching boxes as well.
 class IntervalJet {
  public:
-  /// Directions at most: quantities over which something can be proved in this life.
+  /// Largest number of directions; the work of a proof grows exponentially with it.
   static constexpr std::size_t kMostDirections = 8;
 
   using FormulaNumber = void;
@@ -430,31 +430,32 @@ class IntervalJet {
 
 namespace IPMINMAX_API ipminmax {
 
-/// A model's functions over boxes of its variables, for proofs. Both throw std::domain_error where
-/// the formulas cannot be enclosed: UndecidedComparison where they branch within the box.
+/// A model's functions over boxes of its variables, for proofs. Both throw std::domain_error if the
+/// formulas cannot be enclosed, UndecidedComparison if they branch within the box.
 class BoxFunctions {
  public:
   virtual ~BoxFunctions() = default;
-  /// f. v: n
+  /// Returns f over the box v (n intervals with derivatives).
   [[nodiscard]] virtual IntervalJet objective_over(std::span<const IntervalJet> v) const = 0;
-  /// v: n, g: m
+  /// Writes the constraints over the box v (n) into g (m).
   virtual void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const = 0;
-  /// f, and the constraints into g.
+  /// Writes the constraints into g and returns f.
   [[nodiscard]] virtual IntervalJet all_over(std::span<const IntervalJet> v,
                                              std::span<IntervalJet> g) const {
     constraints_over(v, g);
     return objective_over(v);
   }
-  /// Whether several threads may call them at once.
+  /// Returns whether several threads may call these functions at once.
   [[nodiscard]] virtual bool is_concurrent() const { return false; }
 
-  /// Variables of Max's that the functions compute from the others, and the constraints that they
-  /// meet by that: states that follow from disturbances. The functions do not read these.
+  /// Max's variables that the functions compute from the others, and the constraints that hold for
+  /// this reason; for example states that follow from disturbances. The functions do not read them.
   struct Determined {
     std::vector<std::int32_t> variables{}, constraints{};
   };
+  /// Returns these variables and constraints; by default there are none.
   [[nodiscard]] virtual Determined determined() const { return {}; }
-  /// Sets them. v: n
+  /// Computes these variables in v (n).
   virtual void determine(std::span<double> /*v*/) const {}
 };
 

@@ -54,12 +54,15 @@ std::string describe_worst_case(const Result& result) {
            number(found.value) + " at this x (largest" + searched + ")";
   } else if (found.stated_concave) {
     text = found.v.empty() ? "no maximum over y was found at this x"
-                           : "f is concave in y, so the model says: no other y can be worse";
+                           : "no other y can be worse: the model states that f is concave in y";
   } else if (found.single_branch) {
     text = "one maximum over y at this x" + searched +
            ", with K_yy of the right inertia at every iterate: f looks concave in y here";
   } else if (found.v.empty()) {
     text = "no maximum over y was found at this x" + searched;
+  } else if (found.competing == 1 && found.branches.size() > 1 &&
+             found.branches.front() == found.branches.back()) {  // f does not vary with y
+    return "f has the same value at every y seen" + searched;
   } else {
     text = "no higher maximum over y was found at this x" + searched + " (" +
            std::to_string(found.maxima) + " distinct)";
@@ -107,12 +110,11 @@ std::string looked_over_y(const Result& result) {
   std::string text;
   if (std::isfinite(y.largest_violation)) {
     const Index rows = y.functions - (result.worst_case.starts > 0 ? 1 : 0);
-    text = count(rows, "bounded side") + " of robust constraints maximized from " +
-           count(y.asked, "start") + " or more each; largest violation " +
-           number(y.largest_violation);
+    text = "robust constraints maximized over y: " + count(rows, "bound") + ", at least " +
+           count(y.asked, "start") + " each; largest violation " + number(y.largest_violation);
     if (y.age > 0)
       text +=
-          "; those far from their limit from their last worst case alone, the oldest full search " +
+          "; far from a limit only the last worst case was followed, the oldest full search was " +
           count(y.age, "solve") + " ago";
   }
   if (!of_objective.empty()) text += (text.empty() ? "" : "; ") + of_objective;

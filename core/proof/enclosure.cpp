@@ -304,9 +304,9 @@ void describe(Index constraint, double sign, WorstCaseProof& proof) {
   if (proof.empty) {
     proof.message = "proved: no y meets Max's constraints at this x";
   } else if (proof.complete) {
-    std::snprintf(text, sizeof text, "proved over all y: within %.3g of %.10g (%lld boxes)",
+    std::snprintf(text, sizeof text, "proved over all y: within %.3g of %.10g (%lld box%s)",
                   std::abs(proof.proved - proof.seen), proof.seen,
-                  static_cast<long long>(proof.boxes));
+                  static_cast<long long>(proof.boxes), proof.boxes == 1 ? "" : "es");
     proof.message = text;
   } else {
     std::snprintf(text, sizeof text,

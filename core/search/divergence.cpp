@@ -109,13 +109,42 @@ bool has_run_away(CanonicalProblem& canonical, const Point& point, IndexRange va
   return far && gets_better(canonical, point, v, variables);
 }
 
-void name_divergence(CanonicalProblem& canonical, const Point& point, Status& status,
+namespace {
+
+/// Whether f at a feasible point is far better than its value and slope at the start promise, and
+/// still gets better. So does exp(x), whose x itself has not gone far.
+bool has_outgrown_start(const MethodContext& context, const Point& point, IndexRange variables) {
+  CanonicalProblem& canonical = context.canonical;
+  if (variables.size() == 0 || !(max_norm(point.evaluation.c) <= context.options.constr_viol_tol))
+    return false;
+  const Eigen::VectorXd& start = canonical.starting_point().v;
+  const Eigen::VectorXd& v = point.iterate.v;
+  Evaluation first = point.evaluation;
+  if (canonical.objective(start, first.f) != EvaluationStatus::Ok ||
+      canonical.first_derivatives(start, first) != EvaluationStatus::Ok) {
+    return false;
+  }
+  const double promised = std::abs(first.f) + first.gradient.cwiseAbs().dot((v - start).cwiseAbs());
+  const double gain = canonical.sign(variables.begin) * (first.f - point.evaluation.f);
+  return promised > 0.0 && gain > parameters::kRunaway * promised &&
+         gets_better(canonical, point, v, variables);
+}
+
+}  // namespace
+
+void name_divergence(const MethodContext& context, const Point& point, Status& status,
                      std::string& message) {
   if (!can_be_divergence(status)) return;
-  if (has_run_away(canonical, point, {canonical.y().begin, canonical.variables()})) {
+  CanonicalProblem& canonical = context.canonical;
+  const IndexRange x{0, canonical.y().begin}, y{canonical.y().begin, canonical.variables()};
+  const auto looks_unbounded = [&](IndexRange variables) {
+    return has_run_away(canonical, point, variables) ||
+           (status != Status::MaxIterations && has_outgrown_start(context, point, variables));
+  };
+  if (looks_unbounded(y)) {
     status = Status::InnerUnbounded;
     message = "the maximization over y looks unbounded";
-  } else if (has_run_away(canonical, point, {0, canonical.y().begin})) {
+  } else if (looks_unbounded(x)) {
     status = Status::OuterUnbounded;
     message = "the minimization looks unbounded";
   } else {

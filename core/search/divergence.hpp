@@ -14,9 +14,9 @@ namespace ipminmax {
 [[nodiscard]] bool has_run_away(CanonicalProblem& canonical, const Point& point,
                                 IndexRange variables);
 
-/// Numbers that stopped a method whose iterates had run away say little; the running away does:
-/// status and message of the point where a search ended, changed where that is so.
-void name_divergence(CanonicalProblem& canonical, const Point& point, Status& status,
+/// Changes status and message of the point at which a search failed, if the failure is one of
+/// numbers and the cause is that the variables or f grow without bound.
+void name_divergence(const MethodContext& context, const Point& point, Status& status,
                      std::string& message);
 
 /// Whether Newton's method, continued from a first-order point without curvature, leads outward

@@ -60,7 +60,7 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
 }
 
 SearchOutcome Search::ended(Status status, std::string message) const {
-  name_divergence(context_.canonical, arrays_.point, status, message);
+  name_divergence(context_, arrays_.point, status, message);
   const bool limited = context_.options.minmax_max_factorizations > 0;
   if (status == Status::MaxIterations && limited && !context_.budget.is_spent() &&
       message.empty()) {

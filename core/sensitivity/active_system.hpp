@@ -53,8 +53,8 @@ struct Bounds {
 /// of upper ones (z_upper, lambda) are >= 0.
 [[nodiscard]] std::vector<double> signs_of(const ProblemStructure& structure);
 
-/// Per place the length over which f bends by about one, as the certificate has it: its variable_scaling; 1 of
-/// what is fixed. jacobian, hessian: at v, per triplet of the structure.
+/// Per place the length over which f bends by about one, as the certificate has it: its
+/// variable_scaling; 1 for what is fixed. jacobian, hessian: at v, per triplet of the structure.
 [[nodiscard]] std::vector<double> lengths_of(Problem& problem, const ProblemStructure& structure,
                                              const SolverOptions& options,
                                              const std::vector<double>& v,

@@ -1,4 +1,5 @@
 // What a failure says about the model's derivatives.
+#include <cmath>
 #include <span>
 #include <string>
 
@@ -68,6 +69,48 @@ TEST(Diagnosis, ADisturbanceThatWinsIsNamed) {
   EXPECT_FALSE(is_success(result.status));
   EXPECT_NE(result.message.find("the disturbance wins"), std::string::npos) << result.message;
   EXPECT_NE(result.message.find("find_price"), std::string::npos) << result.message;
+}
+
+// A search that ends at the edge of the functions' domain says so, and nothing of kinks and prices.
+TEST(Diagnosis, AnEdgeOfTheDomainIsNamed) {
+  int ended_there = 0;
+  for (const double unit : {1.0, 0.5}) {
+    for (const bool bounded : {false, true}) {
+      Model model;
+      const Expression x = model.variable(kMin, "x", bounded ? 0.0 : -kNoBound, kNoBound);
+      const Expression y = model.variable(kMax, "y");
+      model.objective(log(x * (1.0 / unit)) - square(y));
+      AutodiffProblem problem(model, {unit, 0.5});
+      SolverOptions options;
+      options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
+      const Result result = solve(problem, options);
+      if (result.status != Status::NoLocalMinmaxFound) continue;
+      ++ended_there;
+      const std::string& text = result.message;
+      EXPECT_NE(text.find("the model is undefined if variable 0 (x) goes from"), std::string::npos)
+          << text;
+      for (const char* wrong : {"kink", "price"})
+        EXPECT_EQ(text.find(wrong), std::string::npos) << text;
+    }
+  }
+  EXPECT_GT(ended_there, 0);
+}
+
+/// 2 x^2 + 3 x y - y^2 as a program in single precision computes it, and the derivatives of that.
+TEST(Diagnosis, AnObjectiveOfFewDigitsIsNamed) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(2.0 * square(x - 0.3) + 3.0 * x * y - square(y) + 1.0);
+  AutodiffProblem right(model, {0.5, 0.1});
+  ChangedProblem problem(right);
+  problem.of_objective = [](std::span<double> f) { f[0] = static_cast<float>(f[0]); };
+  problem.of_gradient = [](std::span<double> values) {
+    for (double& value : values) value += 1e-3 * std::sin(1e8 * value);
+  };
+  const Result result = solve(problem, {});
+  ASSERT_EQ(result.status, Status::NoLocalMinmaxFound) << result.message;
+  EXPECT_NE(result.message.find("rounded to few digits"), std::string::npos) << result.message;
+  EXPECT_EQ(result.message.find("kink"), std::string::npos) << result.message;
 }
 
 // Slacks do not move in the comparison, wherever their bounds are: g - s would change with them.

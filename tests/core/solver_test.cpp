@@ -263,6 +263,32 @@ TEST_P(BothMethods, StopAsDivergingWhenTheObjectiveHasNoMinimum) {
       << name_of(result.status);
 }
 
+// f falls by far more than its start promises, long before x is far away.
+TEST(Solver, CallsAnObjectiveThatOutgrowsItsStartUnbounded) {
+  const auto status_of = [](auto&& objective, double start, bool game) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    Expression f = objective(x);
+    if (game) f = f - square(model.variable(kMax, "y"));
+    model.objective(f);
+    AutodiffProblem problem(model, game ? std::vector{start, 0.5} : std::vector{start});
+    return solve(problem, {}).status;
+  };
+  for (const bool game : {false, true}) {
+    for (const double unit : {1.0, 1e6}) {
+      const auto falls = [&](auto&& objective, double start) {
+        EXPECT_EQ(status_of([&](const Expression& x) { return unit * objective(x); }, start, game),
+                  Status::OuterUnbounded)
+            << unit << ' ' << game << ' ' << start;
+      };
+      falls([](const Expression& x) { return -1.0 * exp(x); }, 0.0);
+      falls([](const Expression& x) { return -1.0 * (exp(x) + exp(-1.0 * x)); }, 1.0);
+      falls([](const Expression& x) { return -1.0 * square(square(x)); }, 1.5);
+      if (!game) falls([](const Expression& x) { return x * square(x); }, -1.25);
+    }
+  }
+}
+
 TEST_P(BothMethods, KeepTheFreeVariableThatNothingDependsOn) {
   Model model;
   const Expression x = model.variable(kMin, "x");

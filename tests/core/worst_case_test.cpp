@@ -143,6 +143,16 @@ TEST(WorstCase, ConcaveObjectiveHasOneMaximum) {
   EXPECT_NE(describe_worst_case(result).find("looks concave in y"), std::string::npos);
 }
 
+TEST(WorstCase, AnObjectiveWithoutYSaysSo) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", 1.0, 10.0);
+  model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x));
+  AutodiffProblem problem(model, {2.0, 0.1});
+  const std::string text = describe_worst_case(solve(problem, with_starts(8)));
+  EXPECT_TRUE(text.starts_with("f has the same value at every y seen")) << text;
+}
+
 TEST(WorstCase, BranchesAreListedWithTheirValues) {
   AutodiffProblem problem(two_branches(0.3), {1.0, -1.0});
   Result result = solve(problem, {});

@@ -7,14 +7,17 @@
 
 namespace ipminmax::testing {
 
-/// Another problem with derivatives that the caller has changed.
+/// Another problem with an objective and derivatives that the caller has changed.
 class ChangedProblem final : public ForwardingProblem {
  public:
   using Change = std::function<void(std::span<double> values)>;
 
   using ForwardingProblem::ForwardingProblem;
-  Change of_gradient, of_jacobian, of_hessian;  ///< empty: as they are
+  Change of_objective, of_gradient, of_jacobian, of_hessian;  ///< empty: as they are
 
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
+    return ForwardingProblem::objective(v, new_v, f) && apply(of_objective, {&f, 1});
+  }
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
                               std::span<double> grad) override {
     return ForwardingProblem::gradient(v, new_v, grad) && apply(of_gradient, grad);
