@@ -72,7 +72,7 @@ constexpr int kScalingOfEachMatrix = 7;
 
 /// CNTL(3): a null pivot, rows being scaled to about 1; found by trial. Matrices that are singular
 /// leave pivots up to this, and so do some that are only ill-conditioned.
-constexpr double kNullPivot = 1e-12;
+constexpr double kNullPivotOfMumps = 1e-12;
 /// Error of two known solutions with entries up to 1, up to which a matrix with such pivots is
 /// regular. If it is singular the error is about 1, and 1 in 100 times less than this.
 constexpr double kRegularError = 0.03;
@@ -115,7 +115,7 @@ struct MumpsSolver::Instance {
     icntl(14) = kLeastPercent;
     icntl(13) = 1;  // no ScaLAPACK at the root: exact inertia
     icntl(24) = 1;  // null pivots are detected and counted
-    cntl(3) = kNullPivot;
+    cntl(3) = kNullPivotOfMumps;
   }
   ~Instance() {
     try {
@@ -420,7 +420,7 @@ int MumpsSolver::factorize_with_enough_memory(const std::function<bool()>& gives
 bool MumpsSolver::is_ill_conditioned_only(const SymmetricMatrix& matrix) {
   instance_->cntl(3) = kEpsilon;
   const int status = factorize_with_enough_memory();
-  instance_->cntl(3) = kNullPivot;
+  instance_->cntl(3) = kNullPivotOfMumps;
   if (status < 0 || instance_->infog(28) > 0) return false;
   const std::size_t n = at(dimension_);
   std::vector<double> known(2 * n, 1.0), solution(2 * n);
