@@ -113,10 +113,10 @@ Rows termination_options() {
       {"max_wall_time", category, "Maximum number of wall clock seconds.",
        positive(&O::max_wall_time)},
       {"minmax_max_factorizations", category,
-       "Largest number of factorizations of K and K_yy together, those of restorations included. "
-       "It limits the work of a solve, on every machine alike. Two of them are reserved for the "
-       "certificate. At the limit the solve ends as at max_iter, with the best point seen. 0: no "
-       "limit.",
+       "Largest number of factorizations of K and K_yy (the KKT matrices, see docs/glossary.md) "
+       "together, those of restorations included. It limits the work of a solve, on every machine "
+       "alike. Two of them are reserved for the certificate. At the limit the solve ends as at "
+       "max_iter, with the best point seen. 0: no limit.",
        at_least(&O::minmax_max_factorizations, 0)},
       {"diverging_iterates_tol", category,
        "Infinity norm of the variables above which the solve stops as diverging.",
@@ -276,7 +276,8 @@ Rows barrier_strategy_options() {
       {"minmax_barrier_rule", category, "How the barrier parameter decreases.",
        choice(&O::minmax_barrier_rule, {"ipopt", "paper"},
               {"mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_epsilon mu",
-               "mu <- sigma mu after a step with |g(z,mu)| <= mu (Algorithm 1)"})},
+               "mu <- sigma mu after a step with |g(z,mu)| <= mu (Algorithm 1; g is the residual "
+               "of the first-order conditions)"})},
       {"mu_strategy", category, "Whether the barrier parameter only decreases.",
        choice(&O::mu_strategy, {"monotone", "adaptive"},
               {"as minmax_barrier_rule says",
@@ -367,14 +368,15 @@ Rows multistart_options() {
        "Number of starts of maximizations over y, x held, for f and for each robust constraint. "
        "If a worse y is found, the solve continues with it. If the answer does not withstand a y "
        "that was found, it is no success. 0: no search. -1: for each robust constraint 8, and up "
-       "to 100 while they end at different maxima and one more could violate it; for f the same "
-       "with minmax_epigraph, else none.",
+       "to 100 while they end at different maxima and a maximum not yet found could violate the "
+       "constraint; for f the same with minmax_epigraph, else none.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
        "Whether branch and bound over y, with outward rounding, proves how large f and each "
        "robust constraint can become at the answer's x. If it finds a worse y, the solve "
-       "continues with it. An answer without a complete proof is no success. Needs a model with "
-       "known formulas and at most 8 free Max variables, all with two bounds.",
+       "continues with it. An answer without a complete proof is no success. Needs a model that "
+       "gives its formulas, see docs/proof.md, and at most 8 free Max variables, all with two "
+       "bounds.",
        flag(&O::minmax_worst_case_proof)},
       {"minmax_concave_in_y", category,
        "yes states that f is concave in y and that the feasible y are a convex set. A local "
@@ -490,13 +492,14 @@ Rows certificate_options() {
        choice(&O::minmax_certificate, {"full", "quick", "none", "proved"},
               {"the test goes on until the point is certified or refuted. An undecided point "
                "costs at most 20 factorizations (40 if the matrices are small), or a fifth of "
-               "the solve's if that is more",
+               "those of the rest of the solve if that is more",
                "one factorization of K_yy and one of K. Only points with clear curvature and "
                "clear active bounds are certified, and clearly wrong ones refuted",
                "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
                "and a saddle is not told from a minimum. Refused with Max variables",
                "as full, and interval arithmetic then proves that a strict local minmax of "
-               "the formulas lies near a certified answer. For models whose formulas are known"})},
+               "the formulas lies near a certified answer. For models that give their formulas, "
+               "see docs/proof.md"})},
       {"minmax_curvature_tol", category,
        "Curvature below which the second-order test calls an eigenvalue zero, in "
        "scaled variables: in these the entries of the Hessian are at most 1, so the "

@@ -303,8 +303,8 @@ Rows output_rows() {
        "Whether output is appended to existing files instead of replacing them.",
        Flag{nullptr, false}},
       {"file_print_level", category,
-       "Verbosity of the output file. If it is not set, "
-       "print_level applies.",
+       "Verbosity of the output file, as print_level. If it is not set, the output file has the "
+       "verbosity of the console.",
        Integer{nullptr, 0, kLastLevel, Ipopt::J_ITERSUMMARY}},
       {"print_frequency_iter", category,
        "An iteration is printed if its number is a multiple of this.",

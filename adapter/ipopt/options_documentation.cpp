@@ -132,7 +132,9 @@ std::string options_markdown() {
   std::string text =
       "# Options\n\n"
       "Names, values and defaults are Ipopt's if the meaning is Ipopt's; own options begin with\n"
-      "`minmax_`. `print_options_documentation yes` prints this list. Set options so:\n\n"
+      "`minmax_`. For K and K_yy see [`glossary.md`](glossary.md), for the paper "
+      "[`algorithm.md`](algorithm.md).\n"
+      "`print_options_documentation yes` prints this list. Set options so:\n\n"
       "| from | how |\n|---|---|\n"
       "| C++ | `app->Options()->SetNumericValue(name, value)`, `SetIntegerValue`, "
       "`SetStringValue` |\n"
