@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/paper/algorithm_one.hpp"
 #include "core/search/divergence.hpp"
@@ -15,6 +17,7 @@
 #include "core/search/random_starts.hpp"
 #include "core/search/search.hpp"
 #include "core/search/solve.hpp"
+#include "core/violations.hpp"
 #include "linalg/solver_lost.hpp"
 
 namespace ipminmax {
@@ -404,7 +407,6 @@ class Solve {
 
   /// Of a solve that had no time to begin: the model's start, in its bounds, and the values there.
   Result at_start() {
-    if (kept_ && !kept_->structure_only) kept_->forget();  // it may be half done
     const Status status = *limit_.exceeded();
     Result result = without_point(status, std::string(name_of(status)));
     const ProblemStructure& s = problem_.structure();
@@ -426,7 +428,38 @@ class Solve {
     if (m > 0 && !problem_.constraints(result.v, false, result.constraints)) {
       result.constraints.assign(m, kNaN);
     }
-    return result;
+    result.counts.objective += 1;
+    result.counts.constraints += m > 0 ? 1 : 0;
+    return measure_errors(result) ? result : without_point(status, std::string(name_of(status)));
+  }
+
+  /// Of a point whose multipliers are zero, but for those that hold fixed variables. False: some
+  /// are undefined.
+  bool measure_errors(Result& result) {
+    const auto found = violations_at(problem_, result, options_);
+    result.counts.gradient += 1;
+    result.counts.jacobian += result.lambda.empty() ? 0 : 1;
+    if (!found || !all_finite(result.constraints)) return false;
+    const ProblemStructure& s = problem_.structure();
+    using enum FixedVariableTreatment;
+    const FixedVariableTreatment fixed = options_.fixed_variable_treatment;
+    KktError& error = result.error = {};
+    for (const double by : found->constraint) error.primal = std::max(error.primal, by);
+    for (const auto i : indices(result.v)) {
+      const double slope = found->lagrangian_gradient[i];
+      const bool is_fixed = s.variable_lower[i] == s.variable_upper[i];
+      if (is_fixed && fixed == MakeParameter) {
+        result.z_lower[i] = std::max(slope, 0.0);
+        result.z_upper[i] = std::max(-slope, 0.0);
+      }
+      if (is_fixed && (fixed == MakeParameter || fixed == MakeParameterNodual)) continue;
+      double& dual = s.variable_players[i] == Player::Max ? error.dual_max : error.dual_min;
+      dual = std::max(dual, std::abs(slope));
+    }
+    error.total = std::max({error.primal, error.dual_min, error.dual_max});
+    result.certificate.kind = error.primal <= options_.constr_viol_tol ? PointKind::FeasiblePoint
+                                                                       : PointKind::InfeasiblePoint;
+    return true;
   }
 
   void keep_work(const Machinery& machinery, Status status) {
