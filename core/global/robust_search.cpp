@@ -513,15 +513,29 @@ class RobustSearch {
     bool same = true;
     if (any && !budget_.used_up()) {
       const Result across = solve_worst_cases(false).result;
-      std::vector<std::size_t> of_min;
-      for (const auto i : indices(own.v)) {
-        if (s.variable_players[i] == Player::Min) of_min.push_back(i);
-      }
-      same = is_success(across.status) &&
-             same_point(across.v, own.v, ranges_, of_min, options_.minmax_distinct_tol);
+      same = is_success(across.status) && is_same_x(own.v, across.v);
     }
     place_ = own;
     return same;
+  }
+
+  /// A Min variable that is zero has no size of its own: it also counts what its step changes of the
+  /// constraints, whose units are their sizes.
+  bool is_same_x(const std::vector<double>& v, const std::vector<double>& other) {
+    const ProblemStructure& s = form_.solved.structure();
+    std::vector<double> jacobian(s.jacobian.size());
+    ++work_.counts.jacobian;
+    if (!form_.solved.jacobian(v, true, jacobian)) return false;
+    std::vector<double> slopes(v.size(), 0.0);
+    for (const auto k : indices(jacobian)) {
+      double& slope = slopes[at(s.jacobian[k].col)];
+      slope = std::max(slope, std::abs(jacobian[k]));
+    }
+    return std::ranges::none_of(indices(v), [&](std::size_t i) {
+      const double step = std::abs(other[i] - v[i]), tol = options_.minmax_distinct_tol;
+      return s.variable_players[i] == Player::Min && step > tol * ranges_.of(i) &&
+             (slopes[i] == 0.0 || slopes[i] * step > options_.minmax_worst_case_tol);
+    });
   }
 
   /// After a search that failed: minimizes the largest violation of the robust constraints over y.

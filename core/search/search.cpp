@@ -79,9 +79,10 @@ SearchOutcome Search::ended(Status status, std::string message) const {
 /// Without a solution. Unless it diverges, a minimization ends at a point that met the tolerances
 /// and was refused, if there is one.
 SearchOutcome Search::given_up(Status status, std::string message) {
-  if (arrays_.best.rank().is_unmet || purpose_ != Purpose::Solution ||
-      stopped_from_outside(status) || status == Status::OuterUnbounded ||
-      status == Status::DivergingIterates) {
+  if (arrays_.best.rank().is_unmet ||
+      !(arrays_.best.point().error.total <= context_.options.acceptable_tol) ||
+      purpose_ != Purpose::Solution || stopped_from_outside(status) ||
+      status == Status::OuterUnbounded || status == Status::DivergingIterates) {
     return ended(status, std::move(message));
   }
   arrays_.point = arrays_.best.point();

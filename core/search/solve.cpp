@@ -444,7 +444,7 @@ class Solve {
     using enum FixedVariableTreatment;
     const FixedVariableTreatment fixed = options_.fixed_variable_treatment;
     KktError& error = result.error = {};
-    for (const double by : found->constraint) error.primal = std::max(error.primal, by);
+    for (const double by : found->constraint) error.primal = largest(error.primal, by);
     for (const auto i : indices(result.v)) {
       const double slope = found->lagrangian_gradient[i];
       const bool is_fixed = s.variable_lower[i] == s.variable_upper[i];
@@ -454,9 +454,9 @@ class Solve {
       }
       if (is_fixed && (fixed == MakeParameter || fixed == MakeParameterNodual)) continue;
       double& dual = s.variable_players[i] == Player::Max ? error.dual_max : error.dual_min;
-      dual = std::max(dual, std::abs(slope));
+      dual = largest(dual, std::abs(slope));
     }
-    error.total = std::max({error.primal, error.dual_min, error.dual_max});
+    error.total = largest(error.primal, largest(error.dual_min, error.dual_max));
     result.certificate.kind = error.primal <= options_.constr_viol_tol ? PointKind::FeasiblePoint
                                                                        : PointKind::InfeasiblePoint;
     return true;

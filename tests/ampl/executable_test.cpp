@@ -408,7 +408,7 @@ TEST_F(AmplExecutable, ConstraintsOfMinThatReadMaxHoldForEveryY) {
   const auto expect_robust = [&](const std::string& arguments) {
     ASSERT_EQ(run("model.nl -s print_level=5 " + arguments), 0) << err_;
     EXPECT_TRUE(printed("certified local minmax\nobjective -2.0000000")) << out_;
-    EXPECT_TRUE(printed("Robust constraints: 1 worst cases")) << out_;
+    EXPECT_TRUE(printed("Robust constraints: 1 worst case")) << out_;
     for (const std::string& text : {out_, get("model.sol")}) {
       EXPECT_NE(text.find("worst case of limit: 4.0000000"), std::string::npos) << text;
       EXPECT_NE(text.find(" at y = 2\n"), std::string::npos) << text;

@@ -180,7 +180,8 @@ TEST(WorstCase, AModelThatStatesConcavityIsBelieved) {
   add_worst_case(problem, options, result);
   EXPECT_EQ(result.worst_case.starts, 1);
   EXPECT_TRUE(result.worst_case.stated_concave);
-  EXPECT_NE(describe_worst_case(result).find("concave in y, so the model says"), std::string::npos);
+  EXPECT_NE(describe_worst_case(result).find("the model states that f is concave in y"),
+            std::string::npos);
   options.minmax_concave_in_y = false;
   add_worst_case(problem, options, result);
   EXPECT_EQ(result.worst_case.starts, 50);
