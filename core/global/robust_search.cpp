@@ -523,19 +523,22 @@ class RobustSearch {
   /// constraints, whose units are their sizes.
   bool is_same_x(const std::vector<double>& v, const std::vector<double>& other) {
     const ProblemStructure& s = form_.solved.structure();
-    std::vector<double> jacobian(s.jacobian.size());
-    ++work_.counts.jacobian;
-    if (!form_.solved.jacobian(v, true, jacobian)) return false;
-    std::vector<double> slopes(v.size(), 0.0);
-    for (const auto k : indices(jacobian)) {
-      double& slope = slopes[at(s.jacobian[k].col)];
-      slope = std::max(slope, std::abs(jacobian[k]));
+    std::vector<double> jacobian(s.jacobian.size()), slopes(v.size(), 0.0);
+    for (const RobustCopies::WorstCase& one : place_.worst_cases) {
+      ++work_.counts.jacobian;
+      if (!form_.solved.jacobian(one.v, true, jacobian)) return false;
+      for (const auto k : indices(jacobian)) {
+        double& slope = slopes[at(s.jacobian[k].col)];
+        slope = std::max(slope, std::abs(jacobian[k]));
+      }
     }
-    return std::ranges::none_of(indices(v), [&](std::size_t i) {
-      const double step = std::abs(other[i] - v[i]), tol = options_.minmax_distinct_tol;
-      return s.variable_players[i] == Player::Min && step > tol * ranges_.of(i) &&
-             (slopes[i] == 0.0 || slopes[i] * step > options_.minmax_worst_case_tol);
-    });
+    for (const auto i : indices(v)) {
+      const double step = std::abs(other[i] - v[i]);
+      const bool moves = s.variable_players[i] == Player::Min &&
+                         step > options_.minmax_distinct_tol * ranges_.of(i);
+      if (moves && slopes[i] * step > options_.minmax_worst_case_tol) return false;
+    }
+    return true;
   }
 
   /// After a search that failed: minimizes the largest violation of the robust constraints over y.
