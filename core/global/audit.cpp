@@ -13,6 +13,7 @@
 #include "core/global/over_y.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
@@ -311,14 +312,25 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
       result.over_y.better_known || starts_over_y_of_objective(options) > 0;
 }
 
-/// Whether f clearly rises with a small step of one Max variable: y is no maximum. However small
-/// the step (at_once): also along a kink, which curvature does not see.
-bool rises_beside(Problem& model, const SolverOptions& options, const Result& result, bool at_once,
-                  Counts& counts) {
+/// A variable that is beyond its bounds by more than their relaxation; -1: none.
+Index outside_bounds(const ProblemStructure& s, const SolverOptions& options,
+                     const Result& result) {
+  constexpr double kRounding = 1e-12;
+  for (const auto i : indices(result.v)) {
+    const double lower = s.variable_lower[i], upper = s.variable_upper[i];
+    const double beyond = excess(result.v[i], lower, upper);
+    const double relaxed = relaxation(result.v[i] > upper ? upper : lower, upper - lower, options);
+    if (beyond > 2.0 * relaxed + kRounding * std::abs(result.v[i])) return static_cast<Index>(i);
+  }
+  return -1;
+}
+
+/// Whether f clearly rises with a step of one Max variable, with each of the given shares of its
+/// range: y is no maximum.
+bool rises_beside(Problem& model, const SolverOptions& options, const Result& result,
+                  const std::vector<double>& steps, Counts& counts) {
   constexpr std::size_t kMostVariables = 50;
   const double accuracy = options.tol / std::abs(result.objective_scale);  // of f
-  const std::vector<double> steps =  // of the variable's range
-      at_once ? std::vector{1e-4, 1e-3, 1e-2} : std::vector{1e-2};
   const ProblemStructure& s = model.structure();
   if (result.v.size() != s.variable_players.size() || result.objective_scale < 0.0) return false;
   VariableRanges sizes(s);
@@ -330,6 +342,8 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
   const std::vector<double> own = max_part(s, result.v);
   const Hearing here(model, options, result, counts);
   for (std::size_t k = 0; k < std::min(of_max.size(), kMostVariables); ++k) {
+    // What goes back from a relaxed bound changes f by that.
+    if (excess(own[k], s.variable_lower[of_max[k]], s.variable_upper[of_max[k]]) > 0.0) continue;
     for (const double sign : {-1.0, 1.0}) {
       const bool rises = std::ranges::all_of(steps, [&](double step) {
         std::vector<double> y = own;
@@ -575,13 +589,24 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
   const bool undecided =
       c.second_order == SecondOrder::Undecided || c.second_order == SecondOrder::Flat;
   const bool own_point = result.over_y.branches == 0;  // else f is that of one of several y
-  if (is_success(result.status) && undecided && (own_point || seems_wrong) &&
-      has_max_variables(model.structure()) &&
-      rises_beside(model, options, result, !seems_wrong, counts)) {
+  // However small the step: also along a kink, which curvature does not see. Where y is not unique
+  // f may rise farther out, along what has no curvature.
+  const std::vector<double> steps = c.answer == InnerAnswer::BestNotUnique ? std::vector{1e-2, 1e-1}
+                                    : seems_wrong                          ? std::vector{1e-2}
+                                                  : std::vector{1e-4, 1e-3, 1e-2};
+  const bool doubtful = undecided || c.answer == InnerAnswer::BestNotUnique;
+  if (is_success(result.status) && doubtful && (own_point || seems_wrong) &&
+      has_max_variables(model.structure()) && rises_beside(model, options, result, steps, counts)) {
     // Errors over branches are those of the form that was solved.
     result.status = result.over_y.branches > 0 ? Status::WorstCaseNotMet : Status::NotLocalMinmax;
     result.message =
         std::string(name_of(result.status)) + ": f rises with y beside the point, y is no maximum";
+  }
+  if (const Index i = outside_bounds(model.structure(), options, result);
+      i >= 0 && is_success(result.status)) {
+    result.status = Status::WorstCaseNotMet;
+    result.message = std::string(name_of(result.status)) + ": " +
+                     variable_name(model.structure(), i) + " is outside its bounds";
   }
   if (options.minmax_worst_case_proof) audit_proofs(result);
   const bool stopped = cut == Status::UserStop || cut == Status::OutOfMemory;

@@ -27,7 +27,7 @@ namespace ipminmax {
 namespace {
 
 /// Random points at which f should look convex and concave, beside the one that is asked about.
-constexpr Index kRandomPoints = 2;
+constexpr Index kRandomPoints = 8;
 
 /// Hessian of f, or of a random sum of the constraints, with errors of its rows.
 struct SecondDerivatives {

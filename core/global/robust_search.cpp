@@ -222,7 +222,8 @@ class RobustSearch {
     if (!found && starts_ > 0 && !budget_.used_up()) {
       place_ = own;
       for (RobustCopies::WorstCase& one : place_.worst_cases) {
-        if (can_be_held(form_.solved.structure(), scopes_.of(one.constraint)))
+        const RobustScope scope = scopes_.of(one.constraint);
+        if (can_be_held(form_.solved.structure(), scope) && move_to_max(scope, one.v))
           one.held = one.copied = true;
       }
       found = exchange();
@@ -469,7 +470,9 @@ class RobustSearch {
     place_.worst_cases = std::move(kept);
     if (!budget_.used_up()) {
       const Solved settled = solve_worst_cases(false);
-      if (is_certified(settled.result)) return report(settled, scans, !scans.empty());
+      // The maxima are those of this x.
+      if (is_certified(settled.result) && is_same_x(place_.v, settled.result.v))
+        return report(settled, scans, !scans.empty());
     }
     if (budget_.interrupted()) answer_.over_y.finished = false;
   }
@@ -519,8 +522,24 @@ class RobustSearch {
     return same;
   }
 
-  /// A Min variable that is zero has no size of its own: it also counts what its step changes of the
-  /// constraints, whose units are their sizes.
+  /// Moves y into its bounds. Whether it then meets Max's constraints, but for what follows from it:
+  /// the y of a start is nothing that Max may choose otherwise.
+  bool move_to_max(const RobustScope& scope, std::vector<double>& v) {
+    const ProblemStructure& s = form_.solved.structure();
+    for (const Index i : scope.variables)
+      v[at(i)] = std::clamp(v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+    if (scope.constraints.empty() || !scope.followers.empty()) return true;
+    std::vector<double> g(s.constraint_players.size());
+    ++work_.counts.constraints;
+    if (!form_.solved.constraint_rows(scope.constraints, v, true, g)) return false;
+    return std::ranges::all_of(scope.constraints, [&](Index row) {
+      return excess(g[at(row)], s.constraint_lower[at(row)], s.constraint_upper[at(row)]) <=
+             options_.constr_viol_tol;
+    });
+  }
+
+  /// A Min variable that is zero has no size of its own: a step that is small beside the other
+  /// variables counts by what it changes of the constraints, whose units are their sizes.
   bool is_same_x(const std::vector<double>& v, const std::vector<double>& other) {
     const ProblemStructure& s = form_.solved.structure();
     std::vector<double> jacobian(s.jacobian.size()), slopes(v.size(), 0.0);
@@ -532,11 +551,17 @@ class RobustSearch {
         slope = std::max(slope, std::abs(jacobian[k]));
       }
     }
+    double largest = 0.0;
+    for (const auto i : indices(v)) {
+      if (s.variable_players[i] == Player::Min) largest = std::max(largest, ranges_.of(i));
+    }
     for (const auto i : indices(v)) {
       const double step = std::abs(other[i] - v[i]);
       const bool moves = s.variable_players[i] == Player::Min &&
                          step > options_.minmax_distinct_tol * ranges_.of(i);
-      if (moves && slopes[i] * step > options_.minmax_worst_case_tol) return false;
+      if (moves &&
+          (slopes[i] * step > options_.minmax_worst_case_tol || step > options_.tol * largest))
+        return false;
     }
     return true;
   }

@@ -467,5 +467,60 @@ TEST(Audit, AStepIsNoRestBesideAVariableThatHasGoneFar) {
   }
 }
 
+TEST(Audit, AStartThatMaxMayNotChooseIsNoWorstCase) {
+  // .1 x^2 + x y + y^2, |y| <= 1: 1 at x = 0. -x with x + y^2 <= 2: x = 1.
+  for (const double start : {1.01, 1.5, 2.45}) {
+    for (const bool as_row : {false, true}) {
+      for (const bool robust : {false, true}) {
+        Model model;
+        const Expression x = model.variable(kMin, "x");
+        const double bound = as_row ? 10.0 : 1.0;
+        const Expression y = model.variable(kMax, "y", -bound, bound);
+        model.objective(robust ? -x : 0.1 * square(x) + x * y + square(y));
+        if (robust) model.constraint(x + square(y), -kNoBound, 2.0, kMin);
+        if (as_row) model.constraint(square(y), -kNoBound, 1.0, kMax);
+        AutodiffProblem problem(model, {1.0, start});
+        SolverOptions options;
+        options.minmax_epigraph = true;
+        const Result result = solve(problem, options);
+        EXPECT_TRUE(!is_success(result.status) ||
+                    std::abs(result.v[0] - (robust ? 1.0 : 0.0)) < 1e-3)
+            << start << ", " << as_row << ", " << robust << ": " << result.v[0];
+      }
+    }
+  }
+}
+
+TEST(Audit, AMaximizerThatFRisesBesideIsNone) {
+  // x^2 + (y / unit)^3, |y| <= unit, from y = 0.
+  for (const double unit : {1.0, 1e2, 1e4}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression y = model.variable(kMax, "y", -unit, unit) / unit;
+    model.objective(square(x) + square(y) * y);
+    AutodiffProblem problem(model, {1.0, 0.0});
+    const Result result = solve(problem, SolverOptions());
+    EXPECT_TRUE(result.certificate.kind != PointKind::LocalMinmax || result.objective > 0.9)
+        << unit;
+    EXPECT_EQ(result.message.find("exact over all"), std::string::npos) << result.message;
+  }
+}
+
+TEST(Audit, WorstCasesAreThoseOfTheAnswersOwnX) {
+  // k (b - a^2 / 2) with b - a y + y^2 / 2 >= 0 for |y| <= 3: b >= a^2 / 2, so that f >= 0.
+  for (const double k : {1.0, 1e-5, 1e-6}) {
+    Model model;
+    const Expression a = model.variable(kMin, "a", -1.0, 1.0);
+    const Expression b = model.variable(kMin, "b", -5.0, 5.0);
+    const Expression y = model.variable(kMax, "y", -3.0, 3.0);
+    model.objective(k * (b - 0.5 * square(a)));
+    model.constraint(b - a * y + 0.5 * square(y), 0.0, kNoBound, kMin);
+    AutodiffProblem problem(model, {0.1, 0.5, 0.01});
+    const Result result = solve(problem, SolverOptions());
+    EXPECT_TRUE(!is_success(result.status) || result.objective > -1e-3 * k)
+        << k << ": " << result.objective;
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax

@@ -25,6 +25,6 @@ while IFS= read -r command; do
   esac
   count=$((count + 1))
 done < <(sed -n 's/^    \(\$ \)\{0,1\}\(mpirun .*\)$/\2/p' "$PAGE")
-test "$count" -ge 6
+test "$count" -ge 5
 test "$(wc -l <points.csv)" -eq 2
 echo "$count commands"
