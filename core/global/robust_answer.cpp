@@ -130,7 +130,7 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
   std::ranges::fill(own.constraints, kNaN);
   if (!all_finite(own.v)) return own;
   double f = 0.0;
-  if (form.asked.objective(own.v, true, f)) own.objective = f;
+  own.objective = form.asked.objective(own.v, true, f) ? f : kNaN;
   if (!own.constraints.empty())
     static_cast<void>(form.asked.constraints(own.v, false, own.constraints));
   return own;

@@ -133,7 +133,6 @@ class InnerMaximizer : Kept<InnerArrays> {
     filter_.reset();
     filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
     start_v_ = point.iterate.v;
-    const Index n = canonical_.variables() - canonical_.y().begin;
     const double start_norm = tail_norm(start_v_, canonical_.y().begin);
     int far_shifted_steps = 0;
     for (int k = 0;; ++k) {
@@ -149,7 +148,11 @@ class InnerMaximizer : Kept<InnerArrays> {
           barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
         return Outcome::AboveBound;
       }
-      const double moved = (point.iterate.v - start_v_).tail(n).lpNorm<Eigen::Infinity>();
+      double moved = 0.0;  // in a box nothing runs away
+      for (Index i = canonical_.y().begin; i < canonical_.variables(); ++i) {
+        if (std::isinf(canonical_.lower()[i]) || std::isinf(canonical_.upper()[i]))
+          moved = std::max(moved, std::abs(point.iterate.v[i] - start_v_[i]));
+      }
       const bool shifted = !in_sight || out.shift.proximal_y;
       if (shifted && moved > parameters::kLongStep * (1.0 + start_norm) &&
           ++far_shifted_steps > parameters::kEnough) {

@@ -119,6 +119,12 @@ bool has_outgrown_start(const MethodContext& context, const Point& point, IndexR
     return false;
   const Eigen::VectorXd& start = canonical.starting_point().v;
   const Eigen::VectorXd& v = point.iterate.v;
+  bool has_room = false;
+  for (Index i = variables.begin; i < variables.end; ++i) {
+    const double ahead = v[i] > start[i] ? canonical.upper()[i] : canonical.lower()[i];
+    has_room = has_room || (v[i] != start[i] && std::isinf(ahead));
+  }
+  if (!has_room) return false;
   Evaluation first = point.evaluation;
   if (canonical.objective(start, first.f) != EvaluationStatus::Ok ||
       canonical.first_derivatives(start, first) != EvaluationStatus::Ok) {

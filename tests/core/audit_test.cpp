@@ -522,5 +522,19 @@ TEST(Audit, WorstCasesAreThoseOfTheAnswersOwnX) {
   }
 }
 
+TEST(Audit, NothingGrowsWithoutBoundInALargeBox) {
+  // x^2 + (y / most)^2 with 0 <= y <= most, from y = 0, where f does not rise.
+  for (const double most : {1e3, 1e6}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression y = model.variable(kMax, "y", 0.0, most) / most;
+    model.objective(square(x) + square(y));
+    AutodiffProblem problem(model, {0.3, 0.0});
+    const Result result = solve(problem, SolverOptions());
+    EXPECT_NE(result.status, Status::InnerUnbounded) << most << ": " << result.message;
+    EXPECT_EQ(result.message.find("unbounded"), std::string::npos) << result.message;
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax
