@@ -5,6 +5,7 @@
 #include <new>
 #include <numeric>
 #include <random>
+#include <span>
 #include <utility>
 
 #include "core/diagnostics/derivative_test.hpp"
@@ -328,7 +329,7 @@ Index outside_bounds(const ProblemStructure& s, const SolverOptions& options,
 /// Whether f clearly rises with a step of one Max variable, with each of the given shares of its
 /// range: y is no maximum.
 bool rises_beside(Problem& model, const SolverOptions& options, const Result& result,
-                  const std::vector<double>& steps, Counts& counts) {
+                  std::span<const double> steps, Counts& counts) {
   constexpr std::size_t kMostVariables = 50;
   const double accuracy = options.tol / std::abs(result.objective_scale);  // of f
   const ProblemStructure& s = model.structure();
@@ -591,9 +592,11 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
   const bool own_point = result.over_y.branches == 0;  // else f is that of one of several y
   // However small the step: also along a kink, which curvature does not see. Where y is not unique
   // f may rise farther out, along what has no curvature.
-  const std::vector<double> steps = c.answer == InnerAnswer::BestNotUnique ? std::vector{1e-2, 1e-1}
-                                    : seems_wrong                          ? std::vector{1e-2}
-                                                  : std::vector{1e-4, 1e-3, 1e-2};
+  constexpr double kFarther[] = {1e-2, 1e-1}, kNear[] = {1e-2}, kNearer[] = {1e-4, 1e-3, 1e-2};
+  const std::span<const double> steps = c.answer == InnerAnswer::BestNotUnique
+                                            ? std::span<const double>(kFarther)
+                                        : seems_wrong ? std::span<const double>(kNear)
+                                                      : std::span<const double>(kNearer);
   const bool doubtful = undecided || c.answer == InnerAnswer::BestNotUnique;
   if (is_success(result.status) && doubtful && (own_point || seems_wrong) &&
       has_max_variables(model.structure()) && rises_beside(model, options, result, steps, counts)) {
