@@ -344,9 +344,12 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
   const Hearing here(model, options, result, counts);
   for (std::size_t k = 0; k < std::min(of_max.size(), kMostVariables); ++k) {
     // What goes back from a relaxed bound changes f by that.
-    if (excess(own[k], s.variable_lower[of_max[k]], s.variable_upper[of_max[k]]) > 0.0) continue;
+    constexpr double kFarBesideRelaxation = 16.0;
+    const double least = kFarBesideRelaxation *
+                         excess(own[k], s.variable_lower[of_max[k]], s.variable_upper[of_max[k]]);
     for (const double sign : {-1.0, 1.0}) {
       const bool rises = std::ranges::all_of(steps, [&](double step) {
+        if (step * sizes.of(of_max[k]) < least) return false;
         std::vector<double> y = own;
         y[k] += sign * step * sizes.of(of_max[k]);
         Hearing hearing = here;
