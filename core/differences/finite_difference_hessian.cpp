@@ -243,8 +243,9 @@ FiniteDifferenceHessian::Offsets FiniteDifferenceHessian::offsets(std::size_t i,
   return {rounded(first), rounded(second)};
 }
 
-/// change = sigma (grad f - base) + (J - base)' lambda at trial_, so that what does not vary cancels
-/// exactly; magnitude_ = the sizes of the terms that do, for their rounding errors. False: undefined.
+/// change = sigma (grad f - base) + (J - base)' lambda at trial_, so that what does not vary
+/// cancels exactly; magnitude_ = the sizes of the terms that do, for their rounding errors. False:
+/// undefined.
 bool FiniteDifferenceHessian::find_change(const Multipliers& multipliers,
                                           std::vector<double>& change) {
   moved_ = true;

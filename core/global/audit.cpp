@@ -40,6 +40,12 @@ struct Look {
   double f = kNaN;
 };
 
+/// What the bound is relaxed by that a value exceeds.
+double relaxation_where_exceeded(double value, double lower, double upper,
+                                 const SolverOptions& options) {
+  return relaxation(value > upper ? upper : lower, upper - lower, options);
+}
+
 /// What the witnesses say of the functions at one x.
 class Hearing {
  public:
@@ -116,9 +122,8 @@ class Hearing {
     if (j >= result_.constraints.size()) return false;
     const double g = result_.constraints[j];
     const double lower = s_.constraint_lower[j], upper = s_.constraint_upper[j];
-    const double bound = g > upper ? upper : lower;
     return excess(g, lower, upper) > kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
-                                         2.0 * relaxation(bound, upper - lower, options_);
+                                         2.0 * relaxation_where_exceeded(g, lower, upper, options_);
   }
 
   /// The answer with another y, Max's variables, cut by the bounds; empty: it is the answer's.
@@ -320,7 +325,7 @@ Index outside_bounds(const ProblemStructure& s, const SolverOptions& options,
   for (const auto i : indices(result.v)) {
     const double lower = s.variable_lower[i], upper = s.variable_upper[i];
     const double beyond = excess(result.v[i], lower, upper);
-    const double relaxed = relaxation(result.v[i] > upper ? upper : lower, upper - lower, options);
+    const double relaxed = relaxation_where_exceeded(result.v[i], lower, upper, options);
     if (beyond > 2.0 * relaxed + kRounding * std::abs(result.v[i])) return static_cast<Index>(i);
   }
   return -1;
@@ -412,7 +417,7 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
     // A multiplier of zero says nothing of how far the row is violated.
     if (!(beyond > 0.0) || lower == upper) continue;
     const bool weak = certificate.weakly_active_min + certificate.weakly_active_max > 0;
-    const double most = relaxation(g > upper ? upper : lower, upper - lower, options);
+    const double most = relaxation_where_exceeded(g, lower, upper, options);
     if (!weak && beyond > 0.5 * most) continue;
     if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
     const double share = beyond / std::abs(at_start[j] - g);
@@ -593,26 +598,26 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
   const bool undecided =
       c.second_order == SecondOrder::Undecided || c.second_order == SecondOrder::Flat;
   const bool own_point = result.over_y.branches == 0;  // else f is that of one of several y
+  const bool not_unique = c.answer == InnerAnswer::BestNotUnique;
   // However small the step: also along a kink, which curvature does not see. Where y is not unique
   // f may rise farther out, along what has no curvature.
   constexpr double kFarther[] = {1e-2, 1e-1}, kNear[] = {1e-2}, kNearer[] = {1e-4, 1e-3, 1e-2};
-  const std::span<const double> steps = c.answer == InnerAnswer::BestNotUnique
-                                            ? std::span<const double>(kFarther)
-                                        : seems_wrong ? std::span<const double>(kNear)
-                                                      : std::span<const double>(kNearer);
-  const bool doubtful = undecided || c.answer == InnerAnswer::BestNotUnique;
-  if (is_success(result.status) && doubtful && (own_point || seems_wrong) &&
+  std::span<const double> steps = kNearer;
+  if (seems_wrong) steps = kNear;
+  if (not_unique) steps = kFarther;
+  if (is_success(result.status) && (undecided || not_unique) && (own_point || seems_wrong) &&
       has_max_variables(model.structure()) && rises_beside(model, options, result, steps, counts)) {
     // Errors over branches are those of the form that was solved.
     result.status = result.over_y.branches > 0 ? Status::WorstCaseNotMet : Status::NotLocalMinmax;
     result.message =
         std::string(name_of(result.status)) + ": f rises with y beside the point, y is no maximum";
   }
-  if (const Index i = outside_bounds(model.structure(), options, result);
-      i >= 0 && is_success(result.status)) {
+  const Index outside =
+      is_success(result.status) ? outside_bounds(model.structure(), options, result) : -1;
+  if (outside >= 0) {
     result.status = Status::WorstCaseNotMet;
     result.message = std::string(name_of(result.status)) + ": " +
-                     variable_name(model.structure(), i) + " is outside its bounds";
+                     variable_name(model.structure(), outside) + " is outside its bounds";
   }
   if (options.minmax_worst_case_proof) audit_proofs(result);
   const bool stopped = cut == Status::UserStop || cut == Status::OutOfMemory;

@@ -212,9 +212,9 @@ class RobustSearch {
     Moving,        ///< it moves with x, until no other y violates a constraint
   };
 
-  /// First against held y, then with y that move; at once with these if worst cases near x are known.
-  /// If the y of the start leave x unbounded or admit no x, many held ones are tried, and last the y
-  /// of the start move. place_ and first differ by what is known of worst cases.
+  /// First against held y, then with y that move; at once with these if worst cases near x are
+  /// known. If the y of the start leave x unbounded or admit no x, many held ones are tried, and
+  /// last the y of the start move. place_ and first differ by what is known of worst cases.
   Result solve_from(const Place& first) {
     const Place own = place_;
     bool found = own.near && rounds(Y::Moving);
@@ -247,18 +247,13 @@ class RobustSearch {
     }
     if (work_.over_y.solves == 0)  // cut short before it began
       answer_ = without_point(budget_.interrupted().value_or(Status::MaxIterations), "");
-    answer_.iterations = work_.iterations;
-    answer_.factorizations = work_.factorizations;
-    answer_.counts = work_.counts;
-    answer_.timing = work_.timing;
-    answer_.over_y.maximizations = work_.over_y.maximizations;
-    answer_.over_y.solves = work_.over_y.solves;
+    set_work(work_, answer_);
     return std::move(answer_);
   }
 
   /// x against the y at hand, held, then the worst cases at the x that these give move with it. If
-  /// they do not come to rest, held ones alone decide: x is a local minimum of fewer constraints than
-  /// there are, and meets all of them. Whether there is an answer.
+  /// they do not come to rest, held ones alone decide: x is a local minimum of fewer constraints
+  /// than there are, and meets all of them. Whether there is an answer.
   bool exchange() {
     for (const Y y : {Y::HeldCoarsely, Y::Held}) {
       const auto scans = rounds(y);
@@ -279,8 +274,8 @@ class RobustSearch {
   }
 
   /// Solves with the worst cases at hand and adds violated ones until there are none. Returns the
-  /// maxima at the last x; nothing: a solve failed, or maxima violate a constraint. Unless y are held
-  /// coarsely the answer is that of the last solve.
+  /// maxima at the last x; nothing: a solve failed, or maxima violate a constraint. Unless y are
+  /// held coarsely the answer is that of the last solve.
   std::optional<std::vector<MaximaOverY>> rounds(Y y) {
     const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
     const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
@@ -367,10 +362,10 @@ class RobustSearch {
     return scans;
   }
 
-  /// One more worst case of each side whose largest maximum exceeds the bound; with held y one of each
-  /// maximum that does, and each corner where what follows y diverges, so that x moves to where it
-  /// does not. One that a copy has left to its barrier, or that violates the row slightly, is held
-  /// where it is: y's own error is of second order there. Whether there were any.
+  /// One more worst case of each side whose largest maximum exceeds the bound; with held y one of
+  /// each maximum that does, and each corner where what follows y diverges, so that x moves to
+  /// where it does not. One that a copy has left to its barrier, or that violates the row slightly,
+  /// is held where it is: y's own error is of second order there. Whether there were any.
   bool add_violated(const std::vector<MaximaOverY>& scans, double tolerance, bool held) {
     bool any = false;
     const auto add = [&](RobustCopies::WorstCase one, bool holds) {
@@ -403,8 +398,8 @@ class RobustSearch {
     return any;
   }
 
-  /// The y where maximizations at this x begin and end, and random ones: fewer than there are x would
-  /// leave x unbounded. One that Max constraints restrain begins anywhere.
+  /// The y where maximizations at this x begin and end, and random ones: fewer than there are x
+  /// would leave x unbounded. One that Max constraints restrain begins anywhere.
   WorstCases many_scenarios() {
     const ProblemStructure& s = form_.solved.structure();
     WorstCases taken;
@@ -447,9 +442,9 @@ class RobustSearch {
     if (!released.empty()) place_.worst_cases = std::move(released);
   }
 
-  /// The multiplier of an inactive copy is zero, and so is its curvature in the second-order test; two
-  /// copies that have met share one. If the test is undecided, inactive copies are held and met ones
-  /// left out, in case that this decides it.
+  /// The multiplier of an inactive copy is zero, and so is its curvature in the second-order test;
+  /// two copies that have met share one. If the test is undecided, inactive copies are held and met
+  /// ones left out, in case that this decides it.
   void settle(const Solved& solved, const std::vector<MaximaOverY>& scans) {
     WorstCases kept;
     bool any = false;
@@ -470,7 +465,7 @@ class RobustSearch {
     place_.worst_cases = std::move(kept);
     if (!budget_.used_up()) {
       const Solved settled = solve_worst_cases(false);
-      // The maxima are those of this x.
+      // The maxima that are reported are those of the x before.
       if (is_certified(settled.result) && is_same_x(place_.v, settled.result.v))
         return report(settled, scans, !scans.empty());
     }
@@ -522,8 +517,8 @@ class RobustSearch {
     return same;
   }
 
-  /// Moves y into its bounds. Whether it then meets Max's constraints, but for what follows from it:
-  /// the y of a start is nothing that Max may choose otherwise.
+  /// Moves y into its bounds. Whether it then meets Max's constraints, but for what follows from
+  /// it: the y of a start is nothing that Max may choose otherwise.
   bool move_to_max(const RobustScope& scope, std::vector<double>& v) {
     const ProblemStructure& s = form_.solved.structure();
     for (const Index i : scope.variables)
@@ -542,6 +537,15 @@ class RobustSearch {
   /// variables counts by what it changes of the constraints, whose units are their sizes.
   bool is_same_x(const std::vector<double>& v, const std::vector<double>& other) {
     const ProblemStructure& s = form_.solved.structure();
+    std::vector<std::size_t> moved;
+    double largest = 0.0;
+    for (const auto i : indices(v)) {
+      if (s.variable_players[i] != Player::Min) continue;
+      largest = std::max(largest, ranges_.of(i));
+      if (std::abs(other[i] - v[i]) > options_.minmax_distinct_tol * ranges_.of(i))
+        moved.push_back(i);
+    }
+    if (moved.empty()) return true;
     std::vector<double> jacobian(s.jacobian.size()), slopes(v.size(), 0.0);
     for (const RobustCopies::WorstCase& one : place_.worst_cases) {
       ++work_.counts.jacobian;
@@ -551,19 +555,10 @@ class RobustSearch {
         slope = std::max(slope, std::abs(jacobian[k]));
       }
     }
-    double largest = 0.0;
-    for (const auto i : indices(v)) {
-      if (s.variable_players[i] == Player::Min) largest = std::max(largest, ranges_.of(i));
-    }
-    for (const auto i : indices(v)) {
+    return std::ranges::none_of(moved, [&](std::size_t i) {
       const double step = std::abs(other[i] - v[i]);
-      const bool moves = s.variable_players[i] == Player::Min &&
-                         step > options_.minmax_distinct_tol * ranges_.of(i);
-      if (moves &&
-          (slopes[i] * step > options_.minmax_worst_case_tol || step > options_.tol * largest))
-        return false;
-    }
-    return true;
+      return slopes[i] * step > options_.minmax_worst_case_tol || step > options_.tol * largest;
+    });
   }
 
   /// After a search that failed: minimizes the largest violation of the robust constraints over y.

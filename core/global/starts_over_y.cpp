@@ -54,8 +54,8 @@ class Starts::Choice {
     }
   }
 
-  /// The best answer, certified if any is, is maximized over y. One that does not hold is no answer,
-  /// and its higher y is one more start.
+  /// The best answer, certified if any is, is maximized over y. One that does not hold is no
+  /// answer, and its higher y is one more start.
   void choose_over_y() {
     for (Index more_starts = all_.asked_;;) {
       const auto [best, start] = best_so_far();
@@ -138,13 +138,7 @@ class Starts::Choice {
     if (why && (best.over_x.made < all_.asked_ || *why == Status::UserStop))
       answer_.interrupted = why;
     if (why && !all_.interrupted_by_.empty()) best.message = all_.interrupted_by_;
-    const Result& work = all_.outcomes_.work();
-    best.iterations = work.iterations;
-    best.factorizations = work.factorizations;
-    best.counts = work.counts;
-    best.timing = work.timing;
-    best.over_y.solves = work.over_y.solves;
-    best.over_y.maximizations = work.over_y.maximizations;
+    set_work(all_.outcomes_.work(), best);
   }
 
   /// With the y of all starts.

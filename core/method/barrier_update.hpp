@@ -97,7 +97,8 @@ class BarrierUpdate {
     const Complementarity products = complementarity_of(canonical, point.iterate);
     if (context_.options.mu_oracle == BarrierOracle::Loqo) return loqo_barrier(products);
 
-    // The Newton step to mu = 0, with shifts of its own: the step's memory of shifts stays as it is.
+    // The Newton step to mu = 0, with shifts of its own: the step's memory of shifts stays as it
+    // is.
     InertiaCorrection correction = context_.correction;
     const KktSystem::Counting counting(kkt, FactorizationCause::Barrier);
     newton_residual(canonical, point, 0.0, rhs_);

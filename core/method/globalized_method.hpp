@@ -170,8 +170,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     return goes_on(run, patience_.check_progress(outer_.merit(*run.here, mu))) && outer_step(run);
   }
 
-  /// Whether a fast step may lead from one residual to another: below the least of this mu, or, where
-  /// a barrier bends the way to it, for a few steps above it.
+  /// Whether a fast step may lead from one residual to another: below the least of this mu, or,
+  /// where a barrier bends the way to it, for a few steps above it.
   [[nodiscard]] bool contracts(double before, double after) {
     if (least_residual_ == kInfinity) least_residual_ = before;
     // kappa_f of the least residual of fast steps [G]
@@ -185,8 +185,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
            ++steps_above_least_ <= parameters::kEnough;
   }
 
-  /// What the linear system of a fast step may leave: a share of what quadratic convergence would, by
-  /// the last contraction, or of tol. error: at the point left.
+  /// What the linear system of a fast step may leave: a share of what quadratic convergence would,
+  /// by the last contraction, or of tol. error: at the point left.
   [[nodiscard]] Accuracy forcing(double error) const {
     const double last = fast_contraction_ > 0.0 ? fast_contraction_ : parameters::kLittle;
     return {.residual = std::max(parameters::kLittle * last * last * error,

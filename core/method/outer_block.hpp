@@ -223,8 +223,8 @@ class OuterBlock : public Kept<OuterArrays> {
   /// The trial point moved towards the constraints of the minimizer; no Max variables. from: the
   /// point of the factors.
   [[nodiscard]] Trial return_to_constraints(const Point& from, double mu, Trial reached) {
-    // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with the
-    // matrix factorized at the point.
+    // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with
+    // the matrix factorized at the point.
     set_zero(rhs);
     best_ = trial;
     for (int k = 0; k < parameters::escape::kConstraintSteps && reached.merit.theta > options_.tol;

@@ -19,8 +19,8 @@ struct IndexRange {
 
 [[nodiscard]] inline Numbers<Index> indices(IndexRange range) { return {range.begin, range.end}; }
 
-/// Max variables, slacks included, and Max constraints that serve one robust constraint alone, which
-/// is named by its slack; all empty where there are none.
+/// Max variables, slacks included, and Max constraints that serve one robust constraint alone,
+/// which is named by its slack; all empty where there are none.
 struct RowOwners {
   std::vector<Index> slack_of_variable;    ///< per canonical variable, -1: serves none
   std::vector<Index> slack_of_constraint;  ///< per canonical constraint, -1: serves none

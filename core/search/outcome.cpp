@@ -38,12 +38,12 @@ std::string_view not_finite_part(const Result& result) {
   return {};
 }
 
+}  // namespace
+
 PointKind kind_without_test(double primal, double tolerance) {
   if (std::isnan(primal)) return PointKind::Unknown;
   return primal <= tolerance ? PointKind::FeasiblePoint : PointKind::InfeasiblePoint;
 }
-
-}  // namespace
 
 void describe(CanonicalProblem& canonical, const SolverOptions& options, const Point& point,
               Result& result) {

@@ -20,6 +20,9 @@ struct SearchOutcome {
   std::optional<Index> of_iteration{};  ///< the point's, where it is not the last one but the best
 };
 
+/// What is known of a point that was not tested, from its violation of constraints and bounds.
+[[nodiscard]] PointKind kind_without_test(double primal, double tolerance);
+
 /// Whether a search that ended so may do better from another starting point.
 [[nodiscard]] bool search_failed(Status status);
 

@@ -53,6 +53,15 @@ void add_work(const Result& part, Result& total) {
   total.over_y.maximizations += part.over_y.maximizations;
 }
 
+void set_work(const Result& total, Result& answer) {
+  answer.iterations = total.iterations;
+  answer.factorizations = total.factorizations;
+  answer.counts = total.counts;
+  answer.timing = total.timing;
+  answer.over_y.solves = total.over_y.solves;
+  answer.over_y.maximizations = total.over_y.maximizations;
+}
+
 namespace restart = parameters::restart;
 
 bool makes_new_starts(const SolverOptions& options) {

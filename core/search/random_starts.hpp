@@ -48,6 +48,8 @@ class Restarted final : public SameRows {
 
 /// Adds iterations, factorizations, counts and times of a part to those of the whole.
 void add_work(const Result& part, Result& total);
+/// Writes the same of a whole into its answer.
+void set_work(const Result& total, Result& answer);
 
 /// Whether a search with Max variables that fails is begun anew elsewhere.
 [[nodiscard]] bool makes_new_starts(const SolverOptions& options);

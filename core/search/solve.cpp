@@ -10,6 +10,7 @@
 #include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/paper/algorithm_one.hpp"
 #include "core/search/divergence.hpp"
@@ -191,7 +192,8 @@ class Solve {
   bool analyze(Machinery& machinery) {
     if (!machinery.kkt.analyze(kept_ ? kept_->analysis : std::nullopt)) return false;
     if (!kept_) return true;
-    // Before any factorization, so that every search begins with the same solvers in the same places.
+    // Before any factorization, so that every search begins with the same solvers in the same
+    // places.
     if (kept_->structure_only && !kept_->analysis) kept_->analysis = machinery.kkt.analysis();
     if (options_.minmax_warm_start_shifts) machinery.correction.remember(kept_->shifts);
     return true;
@@ -411,16 +413,13 @@ class Solve {
     Result result = without_point(status, std::string(name_of(status)));
     const ProblemStructure& s = problem_.structure();
     const std::size_t n = s.variable_players.size(), m = s.constraint_players.size();
-    for (auto* of_variables : {&result.v, &result.z_lower, &result.z_upper})
-      of_variables->resize(n);
-    for (auto* of_constraints : {&result.lambda, &result.constraints}) of_constraints->resize(m);
-    StartingPoint start{.v = result.v,
-                        .lambda = result.lambda,
-                        .z_lower = result.z_lower,
-                        .z_upper = result.z_upper};
-    if (!problem_.starting_point(start) || !all_finite(result.v)) {
+    auto start = model_start(problem_);
+    if (!start || !all_finite(*start)) {
       return without_point(Status::InvalidNumber, "the starting point is not finite");
     }
+    result.v = std::move(*start);
+    for (auto* z : {&result.z_lower, &result.z_upper}) z->resize(n);
+    for (auto* of_constraints : {&result.lambda, &result.constraints}) of_constraints->resize(m);
     for (std::size_t i = 0; i < n; ++i) {
       result.v[i] = std::clamp(result.v[i], s.variable_lower[i], s.variable_upper[i]);
     }
@@ -457,8 +456,7 @@ class Solve {
       dual = largest(dual, std::abs(slope));
     }
     error.total = largest(error.primal, largest(error.dual_min, error.dual_max));
-    result.certificate.kind = error.primal <= options_.constr_viol_tol ? PointKind::FeasiblePoint
-                                                                       : PointKind::InfeasiblePoint;
+    result.certificate.kind = kind_without_test(error.primal, options_.constr_viol_tol);
     return true;
   }
 
