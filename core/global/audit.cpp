@@ -76,14 +76,14 @@ class Hearing {
     cap_ranges();
   }
 
-  /// The y with the largest f, where that clearly exceeds the answer's; null: there is none.
-  [[nodiscard]] const Look* higher() {
+  /// The y with the largest f, where that exceeds the answer's by tol of its range, and by what the
+  /// error of x does not explain; null: there is none.
+  [[nodiscard]] const Look* higher(double tol) {
     const Look* worst = nullptr;
     for (const Look& seen : looks_) {
       if (std::isfinite(seen.f) && (worst == nullptr || seen.f > worst->f)) worst = &seen;
     }
     const double here = result_.objective;
-    const double tol = std::max(options_.tol, options_.minmax_worst_case_tol);
     if (worst == nullptr || !clearly_greater(worst->f, here, range_of_f_, tol)) return nullptr;
     counts_.gradient += 2;
     return worst->f - here > change_with_x(model_, result_.v, worst->v, options_.tol) ? worst
@@ -195,6 +195,7 @@ class Hearing {
   void measure_changes_by_min() {
     VariableRanges sizes(s_);
     sizes.see(result_.v);
+    if (const auto start = model_start(model_)) sizes.see(*start);
     std::vector<double> gradient(result_.v.size()), jacobian(s_.jacobian.size());
     ++counts_.gradient;
     ++counts_.jacobian;
@@ -205,18 +206,23 @@ class Hearing {
     changes_are_known_ = true;
     for (std::size_t i = 0; i < gradient.size(); ++i) {
       if (s_.variable_players[i] == Player::Min)
-        change_of_f_ += std::abs(gradient[i]) * sizes.of(i);
+        change_of_f_ += std::abs(gradient[i]) * sizes.moved(i);
     }
     changes_.assign(ranges_.size(), 0.0);
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = s_.jacobian[k];
-      const double change = std::abs(jacobian[k]) * sizes.of(at(col));
+      const double slope = std::abs(jacobian[k]);
       if (s_.variable_players[at(col)] == Player::Min) {
-        changes_[at(row)] += change;
+        changes_[at(row)] += slope * sizes.moved(at(col));
       } else if (at(row) < result_.constraints.size() && sizes.of(at(col)) < kUnbounded) {
-        // No samples show what a variable without bounds can do, witnesses may be few.
-        ranges_[at(row)].see(result_.constraints[at(row)] - change);
+        ranges_[at(row)].see(result_.constraints[at(row)] - slope * sizes.of(at(col)));
       }
+    }
+    // No samples show what a variable without bounds can do, and witnesses may be few.
+    for (const auto& [row, col] : s_.jacobian) {
+      if (s_.variable_players[at(col)] == Player::Max && !is_boxed(at(col)) &&
+          at(row) < result_.constraints.size())
+        ranges_[at(row)].see(result_.constraints[at(row)] - changes_[at(row)]);
     }
   }
 
@@ -244,12 +250,15 @@ class Hearing {
     std::vector<double> y;
     for (std::size_t i = 0; i < s_.variable_players.size(); ++i) {
       if (s_.variable_players[i] != Player::Max) continue;
-      const double lower = s_.variable_lower[i], upper = s_.variable_upper[i];
-      const bool boxed =
-          lower > options_.nlp_lower_bound_inf && upper < options_.nlp_upper_bound_inf;
-      y.push_back(boxed ? SampledRange{lower, upper}.draw(random) : result_.v[i]);
+      const SampledRange box{s_.variable_lower[i], s_.variable_upper[i]};
+      y.push_back(is_boxed(i) ? box.draw(random) : result_.v[i]);
     }
     return y;
+  }
+
+  [[nodiscard]] bool is_boxed(std::size_t i) const {
+    return s_.variable_lower[i] > options_.nlp_lower_bound_inf &&
+           s_.variable_upper[i] < options_.nlp_upper_bound_inf;
   }
 
   void see(const Look& seen) {
@@ -284,6 +293,11 @@ class Hearing {
   std::vector<Look> looks_;
 };
 
+/// Of its range: by what f must be exceeded.
+double tolerance_of_f(const SolverOptions& options) {
+  return std::max(options.tol, options.minmax_worst_case_tol);
+}
+
 /// f may be maximized over other y, which is no question with a negative factor of the objective.
 bool has_worst_case(const ProblemStructure& s, const Result& result) {
   return !(result.objective_scale < 0.0) && has_max_variables(s);
@@ -307,7 +321,9 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
     }
   }
   const bool is_known = result.worst_case.higher || !has_worst_case(s, result);
-  const Look* higher = is_known || !std::isfinite(result.objective) ? nullptr : hearing.higher();
+  const Look* higher = is_known || !std::isfinite(result.objective)
+                           ? nullptr
+                           : hearing.higher(tolerance_of_f(options));
   if (higher == nullptr) return;
   WorstCase& worst = result.worst_case;
   worst.value = higher->f;
@@ -331,10 +347,10 @@ Index outside_bounds(const ProblemStructure& s, const SolverOptions& options,
   return -1;
 }
 
-/// Whether f clearly rises with a step of one Max variable, with each of the given shares of its
-/// range: y is no maximum.
+/// Whether f rises with a step of one Max variable, clearly with the last of the given shares of its
+/// range, and by more than tol of the range of f with each before it: y is no maximum.
 bool rises_beside(Problem& model, const SolverOptions& options, const Result& result,
-                  std::span<const double> steps, Counts& counts) {
+                  std::span<const double> steps, double tol, Counts& counts) {
   constexpr std::size_t kMostVariables = 50;
   const double accuracy = options.tol / std::abs(result.objective_scale);  // of f
   const ProblemStructure& s = model.structure();
@@ -359,8 +375,9 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
         y[k] += sign * step * sizes.of(of_max[k]);
         Hearing hearing = here;
         hearing.hear({y}, {});
-        const auto* higher = hearing.higher();
-        return higher != nullptr && higher->f - result.objective > accuracy;
+        const bool last = step == steps.back();
+        const auto* higher = hearing.higher(last ? tolerance_of_f(options) : tol);
+        return higher != nullptr && (!last || higher->f - result.objective > accuracy);
       });
       if (rises) return true;
     }
@@ -416,7 +433,8 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
     }
     // A multiplier of zero says nothing of how far the row is violated.
     if (!(beyond > 0.0) || lower == upper) continue;
-    const bool weak = certificate.weakly_active_min + certificate.weakly_active_max > 0;
+    const bool weak = certificate.weakly_active_min + certificate.weakly_active_max > 0 ||
+                      !result.worst_cases.empty();  // whose multipliers are not those of the rows
     const double most = relaxation_where_exceeded(g, lower, upper, options);
     if (!weak && beyond > 0.5 * most) continue;
     if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
@@ -599,14 +617,17 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
       c.second_order == SecondOrder::Undecided || c.second_order == SecondOrder::Flat;
   const bool own_point = result.over_y.branches == 0;  // else f is that of one of several y
   const bool not_unique = c.answer == InnerAnswer::BestNotUnique;
-  // However small the step: also along a kink, which curvature does not see. Where y is not unique
-  // f may rise farther out, along what has no curvature.
+  // However small the step: also along a kink, which curvature does not see. Where curvature does
+  // not bend f it may rise farther out, and by nothing that counts before.
   constexpr double kFarther[] = {1e-2, 1e-1}, kNear[] = {1e-2}, kNearer[] = {1e-4, 1e-3, 1e-2};
-  std::span<const double> steps = kNearer;
-  if (seems_wrong) steps = kNear;
-  if (not_unique) steps = kFarther;
+  const double clear = tolerance_of_f(options);
+  const auto rises = [&](std::span<const double> steps, double tol) {
+    return rises_beside(model, options, result, steps, tol, counts);
+  };
   if (is_success(result.status) && (undecided || not_unique) && (own_point || seems_wrong) &&
-      has_max_variables(model.structure()) && rises_beside(model, options, result, steps, counts)) {
+      has_max_variables(model.structure()) &&
+      ((own_point && rises(kFarther, 0.0)) ||
+       (!not_unique && rises(seems_wrong ? std::span<const double>(kNear) : kNearer, clear)))) {
     // Errors over branches are those of the form that was solved.
     result.status = result.over_y.branches > 0 ? Status::WorstCaseNotMet : Status::NotLocalMinmax;
     result.message =

@@ -12,6 +12,7 @@
 #include "core/gap.hpp"
 #include "core/global/held.hpp"
 #include "core/global/over_y.hpp"
+#include "core/global/places_over_y.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
@@ -28,6 +29,8 @@ namespace {
 
 /// Random points at which f should look convex and concave, beside the one that is asked about.
 constexpr Index kRandomPoints = 8;
+/// Variables beside whose bounds f is looked at.
+constexpr std::size_t kMostVariables = 50;
 
 /// Hessian of f, or of a random sum of the constraints, with errors of its rows.
 struct SecondDerivatives {
@@ -91,6 +94,26 @@ std::string why_no_proof(Problem& game, const SolverOptions& options,
   return {};
 }
 
+/// Of what one player can reach alone from v: random points, and those with one variable at a bound.
+std::vector<std::vector<double>> points_of(Player player, const ProblemStructure& s,
+                                           const std::vector<double>& v,
+                                           const SolverOptions& options) {
+  std::vector<std::vector<double>> points;
+  for (Index k = 1; k <= kRandomPoints; ++k) {
+    std::vector<double>& point = points.emplace_back(random_start(s, v, k, options));
+    for (const auto i : indices(v)) {
+      if (s.variable_players[i] != player) point[i] = v[i];
+    }
+  }
+  for (std::size_t i = 0; i < std::min(v.size(), kMostVariables); ++i) {
+    for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
+      if (s.variable_players[i] == player && std::abs(bound) < kUnbounded)
+        points.emplace_back(v)[i] = bound;
+    }
+  }
+  return points;
+}
+
 DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOptions& options,
                     Budget& budget, Result& work) {
   std::optional<FiniteDifferenceHessian> differences;
@@ -123,6 +146,15 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
     add_work(found, work);
     const bool exact = is_success(found.status) && found.status != Status::SolvedToAcceptableLevel;
     gap.message = exact ? why_no_proof(game, options, found.v) : found.message;
+    for (const std::vector<double>& point : points_of(player, game.structure(), v, options)) {
+      std::vector<double> g(held.structure().constraint_lower.size());
+      double f = kNaN;
+      if (!exact || !is_feasible(held, options, point, g) || !held.objective(point, false, f))
+        continue;
+      const double sign = player == Player::Max ? 1.0 : -1.0;
+      if (clearly_greater(sign * f, sign * found.objective, range, options.minmax_worst_case_tol))
+        gap.message = player == Player::Max ? "f is not concave in y" : "f is not convex in x";
+    }
     return found.objective;
   };
   const double most = best_value(Player::Max), least = best_value(Player::Min);

@@ -348,13 +348,18 @@ class MaximizationOverY {
     std::vector<double> gradient(s_.variable_players.size());
     ++context_.work.counts.gradient;
     if (!inner_.gradient(top->v, true, gradient)) return;
-    double change = top->value - lowest->value;
+    double change = top->value - lowest->value, steepest = options_.nlp_scaling_max_gradient;
     for (const auto i : indices(gradient)) {
-      if (s_.variable_players[i] == Player::Min)
-        change += std::abs(gradient[i]) *
-                  (context_.sizes != nullptr ? context_.sizes->of(i) : std::abs(top->v[i]));
+      if (s_.variable_players[i] != Player::Min) continue;
+      steepest = std::max(steepest, std::abs(gradient[i]));
+      change += std::abs(gradient[i]) *
+                (context_.sizes != nullptr ? context_.sizes->moved(i) : std::abs(top->v[i]));
     }
+    // A solve meets its constraints as they are scaled.
+    accuracy_ *= steepest / options_.nlp_scaling_max_gradient;
     found_.range.cap = std::max(change, accuracy_ / found_.tol);
+    // Where y changes nothing, all that x can change.
+    if (limit_ && found_.range.size() == 0.0) found_.range.see(top->value - found_.range.cap);
   }
 
   /// False: nothing more can be done.

@@ -175,6 +175,7 @@ class RobustSearch {
       }
       place_.v = std::move(*own);
     }
+    ranges_.see(place_.v);
     reads_y_ = read_by_objective(form_.solved, place_.v);
     place_.worst_cases = at_start(s, scopes_, options_, reads_y_, place_.v);
     const Place first = place_;

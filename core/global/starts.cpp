@@ -190,7 +190,7 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
       const std::lock_guard lock(mutex_);
       if (start == 0) outcomes_.add_work(detection);
     }
-    Restarted model(*worker.model, {});  // which keeps its start
+    Restarted model(*worker.model, v);  // which keeps its start
     record(start, refine(worker, model, start, v, options));
     if (start == 0) model_start_ = model.model_start();
   } catch (...) {

@@ -38,6 +38,8 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
     largest = std::max(largest, entry);
     if (canonical_.hessian()[k].col < y) largest_x = std::max(largest_x, entry);
   }
+  if (largest == 0.0) largest = 1.0;  // f may be constant: any will do
+  if (largest_x == 0.0) largest_x = largest;
   for (Index i = 0; i < n; ++i)
     proximal_[i] = share * (size[i] > 0.0 ? size[i] : i < y ? largest_x : largest);
   return &proximal_;

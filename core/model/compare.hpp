@@ -74,15 +74,21 @@ class VariableRanges {
     }
   }
   [[nodiscard]] double of(std::size_t i) const {
+    return beyond(1e-6, i);  // in other points found for the same one
+  }
+  /// The same, where any values but those of one point differ: how far a solve moved the variable.
+  [[nodiscard]] double moved(std::size_t i) const { return beyond(1e-12, i); }
+
+ private:
+  /// least: of the size; a spread below it is that of one value.
+  [[nodiscard]] double beyond(double least, std::size_t i) const {
     constexpr double kNoBound = 1e19;  // nlp_upper_bound_inf
-    constexpr double kSpread = 1e-6;   // of the size: less is that of one value
     if (box_[i] < kNoBound) return box_[i];
     const double spread = most_[i] - least_[i];
     const double size = std::max(std::abs(least_[i]), std::abs(most_[i]));
-    return spread > kSpread * size ? spread : size;
+    return spread > least * size ? spread : size;
   }
 
- private:
   std::vector<double> box_, least_, most_;
 };
 

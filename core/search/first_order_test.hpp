@@ -34,7 +34,7 @@ class FirstOrderTest {
   [[nodiscard]] bool is_balanced(const Point& point, double tolerance);
 
   /// Whether the model's variables stay where they are while multipliers grow: there are none.
-  [[nodiscard]] bool has_settled(const Eigen::VectorXd& v);
+  [[nodiscard]] bool has_settled(const Iterate& iterate);
 
   const CanonicalProblem& canonical_;
   const SolverOptions& options_;
@@ -42,6 +42,7 @@ class FirstOrderTest {
   Index acceptable_ = 0;  ///< iterates in a row
   Index settled_ = 0;     ///< iterates at settled_at_
   Eigen::VectorXd settled_at_;
+  double settled_multiplier_ = 0.0;  ///< the largest one there
   double last_objective_ = 0.0;
 };
 

@@ -23,8 +23,9 @@ class Restarted final : public SameRows {
   [[nodiscard]] const std::vector<double>& model_start() const { return model_start_; }
 
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    if (!start_.empty()) {
-      std::ranges::copy(start_, start.v.begin());
+    const bool known = start_.empty() && !start.needs_multipliers;
+    if (const std::vector<double>& from = known ? model_start_ : start_; !from.empty()) {
+      std::ranges::copy(from, start.v.begin());
       return true;
     }
     if (!model().starting_point(start)) return false;

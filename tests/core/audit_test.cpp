@@ -9,6 +9,7 @@
 #include <support/autodiff_problem.hpp>
 
 #include "core/answer.hpp"
+#include "core/gap.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
 
@@ -492,18 +493,29 @@ TEST(Audit, AStartThatMaxMayNotChooseIsNoWorstCase) {
 }
 
 TEST(Audit, AMaximizerThatFRisesBesideIsNone) {
-  // x^2 + (y / unit)^3, |y| <= unit, from y = 0.
+  // x^2 + (y / unit)^power, |y| <= unit, from y = 0, which no derivative below the power shows.
   for (const double unit : {1.0, 1e2, 1e4}) {
-    Model model;
-    const Expression x = model.variable(kMin, "x");
-    const Expression y = model.variable(kMax, "y", -unit, unit) / unit;
-    model.objective(square(x) + square(y) * y);
-    AutodiffProblem problem(model, {1.0, 0.0});
-    const Result result = solve(problem, SolverOptions());
-    EXPECT_TRUE(result.certificate.kind != PointKind::LocalMinmax || result.objective > 0.9)
-        << unit;
-    EXPECT_EQ(result.message.find("exact over all"), std::string::npos) << result.message;
+    for (const int power : {3, 5}) {
+      Model model;
+      const Expression x = model.variable(kMin, "x");
+      const Expression y = model.variable(kMax, "y", -unit, unit) / unit;
+      model.objective(square(x) + (power == 3 ? square(y) * y : square(square(y)) * y));
+      AutodiffProblem problem(model, {1.0, 0.0});
+      const Result result = solve(problem, SolverOptions());
+      EXPECT_TRUE(!is_success(result.status) || result.objective > 0.9) << unit << ", " << power;
+      EXPECT_EQ(result.message.find("exact over all"), std::string::npos) << result.message;
+    }
   }
+}
+
+TEST(Audit, AGapProvesNothingWhereFIsHigherAtABound) {
+  // x^4 - y^4 + y^5: concave near y = 0, and 16 at y = 2.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  model.objective(square(square(x)) + square(square(y)) * (y - 1.0));
+  AutodiffProblem problem(model, {0.3, 0.3});
+  EXPECT_FALSE(duality_gap(problem, std::vector{0.0, 0.0}, {}).saddle_point);
 }
 
 TEST(Audit, WorstCasesAreThoseOfTheAnswersOwnX) {
@@ -533,6 +545,102 @@ TEST(Audit, NothingGrowsWithoutBoundInALargeBox) {
     const Result result = solve(problem, SolverOptions());
     EXPECT_NE(result.status, Status::InnerUnbounded) << most << ": " << result.message;
     EXPECT_EQ(result.message.find("unbounded"), std::string::npos) << result.message;
+  }
+}
+
+TEST(Audit, AStepUnderALargeShiftIsNoRest) {
+  // a + 1 / a with a + b^2 = 2, a >= 0: 2 at a = 1, whose slope at the start is 1e12.
+  for (const double unit : {1.0, 1e3}) {
+    for (const bool epigraph : {false, true}) {
+      Model model;
+      const Expression a = unit * model.variable(kMin, "a", 0.0, kNoBound);
+      const Expression b = model.variable(kMin, "b");
+      model.objective(a + 1.0 / a);
+      model.constraint(a + square(b), 2.0, 2.0, kMin);
+      AutodiffProblem problem(model, {1e-6 / unit, 1.0});
+      SolverOptions options;
+      options.minmax_epigraph = epigraph;
+      const Result result = solve(problem, options);
+      EXPECT_TRUE(!is_success(result.status) || std::abs(result.objective - 2.0) < 1e-3)
+          << unit << ", " << epigraph << ": " << result.objective;
+    }
+  }
+}
+
+TEST(Audit, ARowIsViolatedBesideWhatXMoves) {
+  // max -x with x + y^2 + y >= 0 for all y: x = 1/4, x and y far from the origin in small units.
+  constexpr double kUnit = 1e5, kShift = 1e4;
+  for (const bool epigraph : {false, true}) {
+    Model model;
+    const Expression x = kUnit * (model.variable(kMin, "x") + kShift);
+    const Expression y = model.variable(kMax, "y") + kShift;
+    model.objective(x);
+    model.constraint(x + square(y) + y, 0.0, kNoBound, kMin);
+    AutodiffProblem problem(model, {3.0 / kUnit - kShift, 0.5 - kShift});
+    SolverOptions options;
+    options.minmax_epigraph = epigraph;
+    const Result result = solve(problem, options);
+    EXPECT_TRUE(!is_success(result.status) || result.objective > 0.24) << result.objective;
+  }
+}
+
+TEST(Audit, ARowThatYDoesNotChangeKeepsItsPlace) {
+  // -x / k with 2 x y - y^2 <= 4 for all y: x = 2. In epigraph form f is a row without y.
+  for (const double k : {1.0, 1e6}) {
+    for (const bool twice : {false, true}) {
+      if (twice && k != 1.0) continue;
+      Model model;
+      const Expression x = model.variable(kMin, "x");
+      const Expression y = model.variable(kMax, "y");
+      model.objective(-x / k);
+      model.constraint(2.0 * x * y - square(y), -kNoBound, 4.0, kMin);
+      if (twice) model.constraint(2.0 * x * y - square(y), -kNoBound, 4.0, kMin);
+      AutodiffProblem problem(model, {0.5, 0.1});
+      SolverOptions options;
+      options.minmax_epigraph = !twice;
+      options.minmax_starts = twice ? 5 : 1;
+      const Answer answer = run(problem, options);
+      expect_certified(answer.best, std::to_string(k) + (twice ? ", twice" : ""));
+      EXPECT_NEAR(answer.best.v[0], 2.0, 1e-4) << k << ", " << twice;
+    }
+  }
+}
+
+TEST(Audit, FMayBeConstantInVariablesWithoutBounds) {
+  for (const double bound : {kNoBound, 1.0}) {
+    for (const int starts : {0, 8}) {
+      Model model;
+      const Expression x = model.variable(kMin, "x", -bound, bound);
+      const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+      const Expression w = model.variable(kMax, "w");
+      model.objective(3.0 + 0.0 * (x + y + w));
+      AutodiffProblem problem(model, {0.1, 0.2, 0.3});
+      SolverOptions options;
+      options.minmax_worst_case_starts = starts;
+      const Result result = solve(problem, options);
+      EXPECT_TRUE(is_success(result.status)) << bound << ", " << starts << ": " << result.message;
+    }
+  }
+}
+
+TEST(Audit, ARowOfMaxInsideItsRelaxationIsNamedBesideRobustRows) {
+  // max x with x + y <= 1 for y <= x, written as m (y - x) + c <= c: x = 1/2, .45 where c is large.
+  for (const double c : {0.0, 1e6}) {
+    const double m = c > 0.0 ? 1e-3 : 1.0;
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression y = model.variable(kMax, "y", -1.0, kNoBound);
+    model.objective(-x);
+    model.constraint(m * (y - x) + c, -kNoBound, c, kMax);
+    model.constraint(m * (y + x) + c, -kNoBound, m + c, kMin);
+    AutodiffProblem problem(model, {0.0, -0.3});
+    const Result result = solve(problem, {});
+    const bool named =
+        std::ranges::any_of(result.certificate.reasons, [](const CertificateReason& reason) {
+          return reason.kind == CertificateReason::Kind::Relaxed;
+        });
+    EXPECT_TRUE(!is_success(result.status) || named || std::abs(result.v[0] - 0.5) < 1e-3)
+        << c << ": " << result.v[0];
   }
 }
 
