@@ -489,25 +489,13 @@ class RobustSearch {
   /// Whether x stays where it is as active worst cases that are held at bounds of y go to the other
   /// side of these. A distance to a bound that is within its relaxation decides nothing.
   bool is_same_across_bounds(const Solved& solved) {
-    constexpr double kAt = 16.0, kAcross = 2.0;  // relaxations of a bound
     const auto& [copies, result] = solved;
-    const ProblemStructure& s = form_.solved.structure();
     const Place own = place_;
     bool any = false;
     for (const auto k : indices(place_.worst_cases)) {
       RobustCopies::WorstCase& one = place_.worst_cases[k];
-      if (!one.held || !copies->is_active(result, k)) continue;
-      for (const Index variable : copies->scope(k).variables) {
-        const std::size_t i = at(variable);
-        const double lower = s.variable_lower[i], upper = s.variable_upper[i];
-        for (const double bound : {lower, upper}) {
-          const double relaxed = relaxation(bound, upper - lower, options_);
-          const double past = one.v[i] - bound;
-          if (lower == upper || !(std::abs(past) <= kAt * relaxed)) continue;
-          one.v[i] = bound + (past > 0.0 ? -kAcross : kAcross) * relaxed;
-          any = true;
-        }
-      }
+      if (one.held && copies->is_active(result, k))
+        any = cross_bounds(copies->scope(k), one.v) || any;
     }
     bool same = true;
     if (any && !budget_.used_up()) {
@@ -516,6 +504,39 @@ class RobustSearch {
     }
     place_ = own;
     return same;
+  }
+
+  /// Moves y across the bounds that it is at, of variables or written as a row of one variable.
+  bool cross_bounds(const RobustScope& scope, std::vector<double>& v) {
+    constexpr double kAt = 16.0, kAcross = 2.0;  // relaxations of a bound
+    const ProblemStructure& s = form_.solved.structure();
+    bool any = false;
+    const auto cross = [&](double& y, double slope, double value, double lower, double upper) {
+      for (const double bound : {lower, upper}) {
+        const double relaxed = relaxation(bound, upper - lower, options_), past = value - bound;
+        if (lower == upper || !(std::abs(past) <= kAt * relaxed)) continue;
+        y += (bound + (past > 0.0 ? -kAcross : kAcross) * relaxed - value) / slope;
+        any = true;
+      }
+    };
+    for (const Index i : scope.variables)
+      cross(v[at(i)], 1.0, v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+    std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size());
+    if (scope.constraints.empty() || !form_.solved.constraint_rows(scope.constraints, v, true, g) ||
+        !form_.solved.jacobian_rows(scope.constraints, v, false, jacobian))
+      return any;
+    ++work_.counts.constraints;
+    ++work_.counts.jacobian;
+    std::vector<std::size_t> entries(g.size(), 2);  // of rows of the scope
+    for (const Index row : scope.constraints) entries[at(row)] = 0;
+    for (const auto& [row, col] : s.jacobian) ++entries[at(row)];
+    for (const auto k : indices(jacobian)) {
+      const auto [row, col] = s.jacobian[k];
+      if (entries[at(row)] == 1 && jacobian[k] != 0.0)
+        cross(v[at(col)], jacobian[k], g[at(row)], s.constraint_lower[at(row)],
+              s.constraint_upper[at(row)]);
+    }
+    return any;
   }
 
   /// Moves y into its bounds. Whether it then meets Max's constraints, but for what follows from

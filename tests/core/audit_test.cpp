@@ -623,6 +623,31 @@ TEST(Audit, FMayBeConstantInVariablesWithoutBounds) {
   }
 }
 
+TEST(Audit, ABoundOfYWrittenAsARowDecidesNothing) {
+  // p'A q on simplices, A = [[2, 0, 2], [2, -1, 2]]: every p is as good, with q1 >= 0 as a row, too.
+  for (const bool as_row : {false, true}) {
+    Model model;
+    const Expression p = model.variable(kMin, "p", 0.0, kNoBound);
+    const Expression r = model.variable(kMin, "r", 0.0, kNoBound);
+    const Expression q0 = model.variable(kMax, "q0", 0.0, kNoBound);
+    const Expression q1 = model.variable(kMax, "q1", as_row ? -kNoBound : 0.0, kNoBound);
+    const Expression q2 = model.variable(kMax, "q2", 0.0, kNoBound);
+    model.objective(2.0 * (p + r) * (q0 + q2) - r * q1);
+    model.constraint(p + r, 1.0, 1.0, kMin);
+    model.constraint(q0 + q1 + q2, 1.0, 1.0, kMax);
+    if (as_row) model.constraint(q1, 0.0, kNoBound, kMax);
+    AutodiffProblem problem(model, {0.6, 0.4, 0.3, 0.3, 0.4});
+    SolverOptions options;
+    options.minmax_epigraph = true;
+    const Result result = solve(problem, options);
+    const bool strict =
+        std::ranges::none_of(result.certificate.reasons, [](const CertificateReason& reason) {
+          return reason.text.find("x is best but not unique") != std::string::npos;
+        });
+    EXPECT_FALSE(result.certificate.kind == PointKind::LocalMinmax && strict) << as_row;
+  }
+}
+
 TEST(Audit, ARowOfMaxInsideItsRelaxationIsNamedBesideRobustRows) {
   // max x with x + y <= 1 for y <= x, written as m (y - x) + c <= c: x = 1/2, .45 where c is large.
   for (const double c : {0.0, 1e6}) {
