@@ -380,7 +380,8 @@ class RobustSearch {
       for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
         if (!side.violates(k, tolerance)) break;
         const std::vector<double>& v = side.maxima[k].v;
-        const double same = held ? options_.minmax_distinct_tol : kSameBranch;
+        // What a held one does not prevent is another one, however near; a copy has moved.
+        const double same = held ? 0.0 : kSameBranch;
         const auto is_known = [&](const RobustCopies::WorstCase& other) {
           return other.constraint == side.constraint && other.side * side.side >= 0 &&
                  (!held || other.held) && same_point(other.v, v, ranges_, scope.variables, same);

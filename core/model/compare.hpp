@@ -33,8 +33,8 @@ struct ValueRange {
   /// The smallest difference that counts: `tol` of the range, and more than rounding explains.
   [[nodiscard]] double resolution(double tol) const {
     constexpr double kUnitsOfRounding = 64.0;  // of a function of some tens of operations
-    return std::max(tol * size(),
-                    kUnitsOfRounding * std::numeric_limits<double>::epsilon() * terms);
+    const double near = std::min(terms, cap + std::min(std::abs(least), std::abs(most)));
+    return std::max(tol * size(), kUnitsOfRounding * std::numeric_limits<double>::epsilon() * near);
   }
 };
 

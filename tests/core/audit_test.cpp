@@ -584,6 +584,19 @@ TEST(Audit, ARowIsViolatedBesideWhatXMoves) {
   }
 }
 
+TEST(Audit, AWorstCaseBesideAKnownOneIsAnotherIfItIsHigher) {
+  // max x with 2 x y - y^2 <= 4 for all y: x = 2. y = 1e4 (v - 1e4): its maxima differ by less than
+  // 1e-6 of v, and far away the row is -1e18.
+  Model model;
+  const Expression x = model.variable(kMin, "x") + 1e4;
+  const Expression y = 1e4 * (model.variable(kMax, "y") - 1e4);
+  model.objective(-x);
+  model.constraint(2.0 * x * y - square(y), -kNoBound, 4.0, kMin);
+  AutodiffProblem problem(model, {0.5 - 1e4, 1e4 + 1e-5});
+  const Result result = solve(problem, {});
+  EXPECT_TRUE(!is_success(result.status) || result.objective > -2.01) << result.objective;
+}
+
 TEST(Audit, ARowThatYDoesNotChangeKeepsItsPlace) {
   // -x / k with 2 x y - y^2 <= 4 for all y: x = 2. In epigraph form f is a row without y.
   for (const double k : {1.0, 1e6}) {
