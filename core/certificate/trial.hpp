@@ -43,7 +43,7 @@ struct TestContext {
   [[nodiscard]] bool has_x() const { return kkt.layout().x.size() > 0; }
   [[nodiscard]] bool has_y() const { return kkt.layout().y.size() > 0; }
   [[nodiscard]] double error(const Point& point) const {
-    return kkt_error(canonical, point.iterate, point.evaluation, point.dual, options.s_max).total;
+    return barrier_error(canonical, point, 0.0, options.s_max).scaled;
   }
   [[nodiscard]] Vector scaled_hessian_error(const VariableScaling& scaling) const {
     if (!hessian_error) return {};

@@ -34,8 +34,7 @@ class BarrierUpdate {
     const double before = mu_;
     if (adaptive_) {
       BarrierState now;
-      now.residual =
-          squared_residual(context_.canonical, point.iterate, point.evaluation, point.dual).total();
+      now.residual = squared_residual(context_.canonical, point).total();
       now.merit = {point.evaluation.c.lpNorm<1>(), point.evaluation.f};
       now.average = complementarity_of(context_.canonical, point.iterate).average;
       now.barrier_error = measured_barrier_error(context_.canonical, point, mu_).scaled;
@@ -116,7 +115,7 @@ class BarrierUpdate {
     if (!kkt.solve(point.evaluation, rhs_, step_)) return std::nullopt;
     return quality_function_barrier(
         canonical, point.iterate,
-        squared_residual(canonical, point.iterate, point.evaluation, point.dual), affine_, step_,
+        squared_residual(canonical, point), affine_, step_,
         context_.options.tau_min, work_);
   }
 

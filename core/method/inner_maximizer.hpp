@@ -215,7 +215,7 @@ class InnerMaximizer : Kept<InnerArrays> {
   /// Error of the inner first-order conditions at mu.
   [[nodiscard]] double error(const Point& point, double mu) const {
     const Iterate& z = point.iterate;
-    double error = std::max(max_error(canonical_, z, point.dual),
+    double error = std::max(max_error(canonical_, point),
                             tail_norm(point.evaluation.c, canonical_.max_constraints().begin));
     for_each_bound(canonical_, z.v, [&](Index i, int side, double distance) {
       if (!canonical_.owned_by_max(i)) return;
