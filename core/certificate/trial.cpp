@@ -167,8 +167,8 @@ void guess_active_set(const TestContext& c, TrialPoint& trial) {
     const BoundClass found =
         class_of(multiplier_of(z, i, side) * unit * unit, distance, kStrictRatio);
     const bool relaxed = within_relaxation(c.canonical, i, side, distance, c.options);
-    trial.set.include(
-        i, side, found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
+    trial.set.include(i, side,
+                      found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
   });
   trial.hold_inactive();
 }

@@ -113,10 +113,8 @@ class BarrierUpdate {
     for (const Index i : canonical.lower_bounded()) rhs_.z_lower[i] = average;
     for (const Index i : canonical.upper_bounded()) rhs_.z_upper[i] = average;
     if (!kkt.solve(point.evaluation, rhs_, step_)) return std::nullopt;
-    return quality_function_barrier(
-        canonical, point.iterate,
-        squared_residual(canonical, point), affine_, step_,
-        context_.options.tau_min, work_);
+    return quality_function_barrier(canonical, point.iterate, squared_residual(canonical, point),
+                                    affine_, step_, context_.options.tau_min, work_);
   }
 
   MethodContext context_;

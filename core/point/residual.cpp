@@ -102,11 +102,12 @@ KktError kkt_error(const CanonicalProblem& canonical, const Point& point, double
   error.scaled_complementarity = scaled.complementarity;
   const double f_scale = std::abs(canonical.objective_scale());
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    error.primal = largest(error.primal, std::abs(point.evaluation.c[j]) / canonical.constraint_scale(j));
+    error.primal =
+        largest(error.primal, std::abs(point.evaluation.c[j]) / canonical.constraint_scale(j));
   }
   for (Index i = 0; i < canonical.variables(); ++i) {
-    const double value =
-        std::abs(point.dual[i]) / canonical.weight(i, point.iterate) * canonical.variable_scale(i) / f_scale;
+    const double value = std::abs(point.dual[i]) / canonical.weight(i, point.iterate) *
+                         canonical.variable_scale(i) / f_scale;
     double& dual_error = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
     dual_error = largest(dual_error, value);
   }

@@ -11,11 +11,6 @@ namespace {
 
 constexpr const char* kToInfinity = "the iterates diverge while the gradient goes to zero";
 
-/// Whether K_yy has a wrong sign, although no direction was found that proves it.
-bool seems_wrong(const Certificate& found) {
-  return found.inner.positive > found.inner_expected.positive;
-}
-
 }  // namespace
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
@@ -33,21 +28,16 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
                    barrier_.mu(), context_.budget.iteration);
 }
 
-SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
+SearchOutcome Search::run(StepMethod& method) {
   for (;; ++context_.budget.iteration) {
     if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
-    drop_idle_multipliers(context_.options.tol);
 
     bool escaped = false;
     if (const auto claim = test_.claim(arrays_.point)) {
       Verdict verdict = judge(*claim);
-      escaped = leave(verdict, method, kept);
+      escaped = leave(verdict, method);
       if (!escaped) return ended(std::move(verdict));
     }
-    // For a balanced point as long again as to the first that met the tolerances.
-    if (met_at_ < 0 && !arrays_.best.rank().is_unmet) met_at_ = context_.budget.iteration;
-    if (met_at_ >= 0 && context_.budget.iteration > 2 * met_at_ + parameters::kPlenty)
-      return given_up(Status::MaxIterations);
     if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
     if (deadline_ && context_.budget.iteration >= deadline_->iteration)
@@ -132,7 +122,6 @@ SearchOutcome Search::after_failed_step() {
   if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point())) {
     arrays_.point = arrays_.best.point();
   }
-  if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
   return given_up(*step_.failure, step_.message);
@@ -150,23 +139,6 @@ std::optional<Status> Search::limit_reached() {
   if (runaway_iterations_ > parameters::kPlenty) return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
   return std::nullopt;
-}
-
-void Search::drop_idle_multipliers(double tolerance) {
-  // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
-  const bool minimization = context_.canonical.max_size() == 0 || context_.canonical.is_constant();
-  if (!minimization || arrays_.point.evaluation.c.size() == 0 ||
-      max_norm(arrays_.point.evaluation.gradient) > 0.0 ||
-      max_norm(arrays_.point.evaluation.c) > tolerance ||
-      max_norm(arrays_.point.iterate.lambda) == 0.0) {
-    return;
-  }
-  Iterate& iterate = arrays_.point.iterate;
-  iterate.lambda.setZero();
-  iterate.z_lower = iterate.z_lower.cwiseMin(context_.options.tol);
-  iterate.z_upper = iterate.z_upper.cwiseMin(context_.options.tol);
-  static_cast<void>(evaluate_second_derivatives(context_.canonical, arrays_.point));
-  measure_anew(context_.canonical, context_.options, arrays_.point);
 }
 
 Search::Verdict Search::judge(Status claim) {
@@ -227,21 +199,14 @@ Index Search::reasonable_factorizations_for_test() const {
                   others / parameters::test::kShareOfTests - tests);
 }
 
-bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
-  if (context_.budget.is_spent() || context_.limit.expired()) return false;
-  // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for
-  // the case that nothing better comes.
-  const Certificate& found = verdict.finding.certificate;
-  if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
-  const bool minimization = context_.canonical.max_size() == 0;
-  const std::optional<WrongCurvature>& wrong = verdict.finding.wrong;
-  const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
-                          (!minimization || wrong) && found.second_order != SecondOrder::Flat &&
-                          (found.inner == found.inner_expected || seems_wrong(found));
-  if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
-  StepReport step = method.escape(arrays_.point, barrier_.mu(), {.wrong = wrong}, arrays_.next);
+bool Search::leave(const Verdict& verdict, StepMethod& method) {
+  if (verdict.status != Status::NotLocalMinmax || context_.budget.is_spent() ||
+      context_.limit.expired()) {
+    return false;
+  }
+  StepReport step =
+      method.escape(arrays_.point, barrier_.mu(), {.wrong = verdict.finding.wrong}, arrays_.next);
   if (!step.moved) return false;
-  if (degenerate) kept = ended(Verdict{verdict});
   step_ = std::move(step);
   std::swap(arrays_.point, arrays_.next);
   measure_point();
