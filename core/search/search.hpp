@@ -54,7 +54,6 @@ class Search {
   [[nodiscard]] Index reasonable_factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method);
-  [[nodiscard]] SearchOutcome given_up(Status status, std::string message = {});
   [[nodiscard]] std::optional<Status> limit_reached();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
