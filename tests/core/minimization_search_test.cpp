@@ -8,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include <hostile/trap_game.hpp>
 #include <support/autodiff_problem.hpp>
 
 #include "core/solver.hpp"
