@@ -123,6 +123,7 @@ bool has_other_path(TestContext& c, const TrialPoint& here) {
 /// minimum, so one of phi, where K with eps is right.
 bool allow_other_answers(TestContext& c, TrialPoint& next) {
   next.proximal = kSlight;
+  next.scaling = certain_scaling(c, next);
   ActiveSetSystem system(c.canonical, c.kkt, next.set, next.scaling, next.point.evaluation);
   return !second_order_test(system, {}, c.margin(), 0.0, true).inner &&
          second_order_test(system, {}, c.margin(), next.proximal, true).inner;

@@ -61,6 +61,26 @@ struct Scaler {
     }
   }
 
+  /// Variables without curvature from the other player's, whose lengths are known; two that are
+  /// both without share the coupling in proportion to their sizes.
+  void measure_by_coupling() {
+    Vector &known = arrays.norms, &unknown = arrays.coupling;
+    known.setZero(d.size());
+    unknown.setZero(d.size());
+    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+      if (canonical.owned_by_max(i) == canonical.owned_by_max(j)) return;
+      for (const auto& [row, col] : {std::pair{i, j}, std::pair{j, i}}) {
+        const bool is_known = d[col] != kUnknown;
+        double& norm = is_known ? known[row] : unknown[row];
+        norm = std::max(norm, std::abs(value) * (is_known ? d[col] : size_of(i) * size_of(j)));
+      }
+    });
+    for (Index i = 0; i < d.size(); ++i) {
+      if (d[i] == kUnknown)
+        d[i] = known[i] > 0.0 ? inverse(known[i]) : size_of(i) * inverse(std::sqrt(unknown[i]));
+    }
+  }
+
   /// Variables without curvature, from the constraints that tie them to others, but no less than
   /// their own size: a short one comes from an entry that vanishes.
   void spread_by_constraints() {
@@ -151,13 +171,15 @@ struct Scaler {
 }  // namespace
 
 const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                        const Evaluation& evaluation, ScalingArrays& arrays) {
+                                        const Evaluation& evaluation, ScalingArrays& arrays,
+                                        bool by_coupling) {
   arrays.scaling.variable.setConstant(canonical.variables(), kUnknown);
   arrays.scaling.constraint.setOnes(canonical.constraints());
   arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
   Scaler scaler{canonical, evaluation, arrays};
   scaler.equilibrate(true);
   scaler.equilibrate(false);
+  if (by_coupling) scaler.measure_by_coupling();
   scaler.spread_by_constraints();
   scaler.cut_by_equations();
   scaler.measure_rows();
@@ -165,9 +187,9 @@ const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const
 }
 
 VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                 const Evaluation& evaluation) {
+                                 const Evaluation& evaluation, bool by_coupling) {
   ScalingArrays arrays;
-  variable_scaling(canonical, v, evaluation, arrays);
+  variable_scaling(canonical, v, evaluation, arrays, by_coupling);
   return std::move(arrays.scaling);
 }
 

@@ -37,10 +37,14 @@ struct ScalingArrays {
 /// Each step transforms correctly when the units of the model change. Variables that nothing ties
 /// keep the model's units. Finally, a variable's length is reduced if the other terms of one of its
 /// equations are negligible beside it, down to the variable's size at v or at the start.
+/// by_coupling: variables without curvature of their own get lengths from their coupling to the
+/// other player's.
 const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                        const Evaluation& evaluation, ScalingArrays& arrays);
+                                        const Evaluation& evaluation, ScalingArrays& arrays,
+                                        bool by_coupling = false);
 [[nodiscard]] VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                               const Evaluation& evaluation);
+                                               const Evaluation& evaluation,
+                                               bool by_coupling = false);
 
 /// Returns a variable's own size, which does not grow with a shift of its origin: the least of its
 /// value, the width of its box, and the larger of its scaled unit and its distance from the
