@@ -39,6 +39,8 @@ constexpr double kStepIsRounding = 1e-5;  ///< a step below this share of the st
 /// Largest product of Jacobian variation and inverse-norm estimate at which the matrices stay
 /// nonsingular along a step.
 constexpr double kTurn = 0.25;
+/// Error of multipliers, in residuals of the gradient that they balance.
+constexpr double kResiduals = 10.0;
 constexpr double kIndependent = 1e5;  ///< largest inverse-norm estimate with independent gradients
 constexpr Index kToConfirm = 3;       ///< factorizations for a Newton step and the test at its end
 

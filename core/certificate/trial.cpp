@@ -20,6 +20,22 @@ Vector sizes_of(const CanonicalProblem& canonical, const Point& point) {
   return point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
 }
 
+/// What multipliers may be off by: residual of the gradient that they balance, and rounding of its
+/// terms, over the length of their row.
+Vector multiplier_error(const CanonicalProblem& canonical, const TrialPoint& trial,
+                        const Vector& lambda) {
+  const Evaluation& here = trial.point.evaluation;
+  Vector off = Vector::Zero(canonical.constraints()), length = off, left = here.gradient;
+  add_transposed_product(canonical, here, lambda, left);
+  for_each_entry(canonical.jacobian(), here.jacobian, [&](Index row, Index col, double value) {
+    length[row] = std::max(length[row], std::abs(value));
+    if (value == 0.0 || trial.set[col] != BoundClass::Inactive) return;
+    off[row] = std::max(
+        {off[row], kResiduals * std::abs(left[col]), kRounding * std::abs(lambda[row] * value)});
+  });
+  return (length.array() > 0.0).select(off.array() / length.array(), 0.0);
+}
+
 /// Of W, scaled: that of differences, and what weakly active inequalities may give or not.
 Vector hessian_error_of(TestContext& c, const TrialPoint& trial) {
   Vector error = c.scaled_hessian_error(trial.scaling);
@@ -183,9 +199,11 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
   Vector step = kRounding * sizes_of(c.canonical, trial.point);
   keep_within_bounds(c.canonical, z.v, kLittle, step);
   step += z.v;
-  const Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
+  Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
+  lambda += multiplier_error(c.canonical, trial, lambda);
   if (c.canonical.first_derivatives(step, there) == EvaluationStatus::Ok &&
-      c.canonical.second_derivatives(step, lambda, there) == EvaluationStatus::Ok) {
+      c.canonical.second_derivatives(step, without_inactive(c.canonical, trial.set, lambda),
+                                     there) == EvaluationStatus::Ok) {
     const auto keep = [](const std::vector<double>& changed, std::vector<double>& values) {
       for (const auto k : indices(values)) {
         if (!(std::abs(changed[k] - values[k]) <= std::abs(values[k]))) values[k] = 0.0;

@@ -76,7 +76,8 @@ void guess_active_set(const TestContext& c, TrialPoint& trial);
 [[nodiscard]] Vector without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set,
                                       Vector lambda);
 /// Returns a scaling from certain entries of W and the Jacobian only: those that rounding of the
-/// variables and the last Newton step change by less than their own size.
+/// variables, errors of the multipliers and the last Newton step change by less than their own
+/// size.
 [[nodiscard]] VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial);
 
 /// Computes the Newton step to the solution with the trial's active set. Sets converges, and error:
