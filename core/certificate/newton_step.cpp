@@ -29,20 +29,6 @@ struct ActiveSetNewton {
 
   double length(const Vector& v) const { return longest(canonical, v, scaling); }
 
-  /// Longest entry beside the variable's size here or at the start; slacks apart.
-  double length_in_sizes(const Vector& v) const {
-    const Vector& start = canonical.starting_point().v;
-    const double others = size_of_problem(canonical, iterate.v, scaling);
-    double longest = 0.0;
-    for (Index i = 0; i < v.size(); ++i) {
-      if (is_slack(canonical, i)) continue;
-      double size = std::max(std::abs(iterate.v[i]), std::abs(start[i]));
-      if (size == 0.0) size = scaling.variable[i] * std::max(others, 1.0);
-      longest = std::max(longest, std::abs(v[i]) / size);
-    }
-    return longest;
-  }
-
   /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
   bool solve_scaled(Vector& v, Vector& lambda) {
     NewtonResidual& rhs = system.rhs();
@@ -238,10 +224,8 @@ struct ActiveSetNewton {
     add_constraint_product(canonical, evaluation, work.back_v, work.row_c);
     Vector& second_v = work.second_v;
     if (!solve_scaled(second_v, work.second_lambda)) return false;
-    const double beside_sizes = ratio(length_in_sizes(second_v), length_in_sizes(work.trial));
-    // Any norm will do. It grows with the trial step; of rounding nothing is left.
-    test.contraction =
-        std::min(ratio(length(second_v), length(work.trial)), beside_sizes) / (1.0 + kContraction);
+    // It grows with the trial step; of rounding nothing is left.
+    test.contraction = ratio(length(second_v), length(work.trial)) / (1.0 + kContraction);
     if (test.contraction <= kRounding) test.contraction = 0.0;
     if (second_v.size() > 0)
       second_v.cwiseQuotient(scaling.variable).cwiseAbs().maxCoeff(&test.left_in);
@@ -305,24 +289,14 @@ struct ActiveSetNewton {
     });
   }
 
-  /// Equations turn over the Newton step alone, for they have second derivatives; what bounds are
-  /// relaxed by moves inequalities about as far as the trial point.
   void measure_turn() {
-    double share = 0.0;  // the Newton step, with its rounding, over the step that is tried
-    for (Index i = 0; i < work.trial.size(); ++i) {
-      if (!system.is_free(i) || work.trial[i] == 0.0) continue;
-      const double step = std::abs(work.dv[i]) + kRounding * std::abs(iterate.v[i]);
-      share = std::max(share, step / std::abs(work.trial[i]));
-    }
-    share = std::min(share, 1.0);
     Vector &all = work.row_c, &inner = work.second_lambda;
     all.setZero(canonical.constraints());
     inner.setZero(canonical.constraints());
     for (std::size_t k = 0; k < work.there.jacobian.size(); ++k) {
       const auto [row, col] = canonical.jacobian()[k];
       if (!system.counts(row) || system.is_fixed(col)) continue;
-      const double change = (canonical.slack_of(row) < 0 ? share : 1.0) * scaling.constraint[row] *
-                            scaling.variable[col] *
+      const double change = scaling.constraint[row] * scaling.variable[col] *
                             std::abs(work.there.jacobian[k] - evaluation.jacobian[k]);
       all[row] += change;
       if (canonical.max_constraints().contains(row) && canonical.owned_by_max(col))

@@ -118,17 +118,6 @@ bool is_trusted(ActiveSetSystem& system, bool inner, double& response) {
 
 }  // namespace
 
-bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
-                      Step& step, const Regularization& shift) {
-  for (;;) {
-    // What the inertia is does not matter, and the solution is tested.
-    const KktFactors factors = kkt.factorize_for_solutions(shift, Certainty::Usual);
-    if (factors.status != FactorizationStatus::Ok) return false;
-    if (kkt.solve(evaluation, rhs, step)) return true;
-    if (!kkt.increase_quality()) return false;
-  }
-}
-
 // --- TestContext ---------------------------------------------------------------------------------
 
 void TestContext::examine_curvature(const Point& point, const Vector& lambda,
@@ -171,8 +160,16 @@ void TrialPoint::hold_inactive() {
 }
 
 void guess_active_set(const TestContext& c, TrialPoint& trial) {
-  guess_active_set(c.canonical, c.options, trial.point.iterate, trial.scaling, kStrictRatio,
-                   trial.set);
+  const Iterate& z = trial.point.iterate;
+  trial.set.reset(c.canonical);
+  for_each_bound(c.canonical, z.v, [&](Index i, int side, double distance) {
+    const double unit = trial.scaling.variable[i];
+    const BoundClass found =
+        class_of(multiplier_of(z, i, side) * unit * unit, distance, kStrictRatio);
+    const bool relaxed = within_relaxation(c.canonical, i, side, distance, c.options);
+    trial.set.include(i, side,
+                      found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
+  });
   trial.hold_inactive();
 }
 
@@ -223,7 +220,7 @@ void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& syste
   trial.error = hessian_error_of(c, trial);
   Regularization shift;
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
-    return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
+    return c.kkt.solve_accurately(system.assembled(), rhs, step, shift);
   };
   trial.converges = newton_confirms(c, trial, system, solve);
   if (trial.proximal > 0.0) {

@@ -43,7 +43,7 @@ struct TestContext {
   [[nodiscard]] bool has_x() const { return kkt.layout().x.size() > 0; }
   [[nodiscard]] bool has_y() const { return kkt.layout().y.size() > 0; }
   [[nodiscard]] double error(const Point& point) const {
-    return kkt_error(canonical, point.iterate, point.evaluation, point.dual, options.s_max).total;
+    return barrier_error(canonical, point, 0.0, options.s_max).scaled;
   }
   [[nodiscard]] Vector scaled_hessian_error(const VariableScaling& scaling) const {
     if (!hessian_error) return {};
@@ -65,13 +65,9 @@ struct TestContext {
                          ActiveSetSystem* system, const Evaluation* assembled = nullptr);
 };
 
-/// Solves with the assembled K at a shift. Factorizes again with a higher quality if the solution
-/// is not accurate.
-[[nodiscard]] bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation,
-                                    const NewtonResidual& rhs, Step& step,
-                                    const Regularization& shift = {});
-
-/// Guesses the trial's active set by z / s at its point, in the trial's scaling.
+/// Guesses the trial's active set by z / s at its point, in the trial's scaling. A Newton step has
+/// to confirm it. A bound is weakly active if the ratio lies between 1 / kStrictRatio and
+/// kStrictRatio, or if it is no farther than its relaxation and not active.
 void guess_active_set(const TestContext& c, TrialPoint& trial);
 /// Takes the multipliers of inactive inequalities, which come from the barrier, out of W. False:
 /// the model is undefined.
@@ -165,9 +161,6 @@ struct FlatDirections {
   Verdict verdict = Verdict::None;
   /// The first direction that is not flat, or the first one; a step of canonical variables.
   Vector direction;
-  /// A step of Min along which the value clearly falls although there is no curvature; only without
-  /// y.
-  std::optional<Vector> descent{};
 };
 
 /// Finds directions without curvature at a point that is not refuted and has no weakly active

@@ -61,17 +61,6 @@ bool has_inequality(const ProblemStructure& s, const SolverOptions& options) {
   return false;
 }
 
-/// Whether bounds are relaxed by what counts beside a box: it would decide between x that are as
-/// good.
-bool is_relaxed_by_much(const ProblemStructure& s, const SolverOptions& options) {
-  constexpr double kCounts = 1e-7;
-  return std::ranges::any_of(boxed_variables(s, options), [&](std::size_t i) {
-    const double lower = s.variable_lower[i], upper = s.variable_upper[i], width = upper - lower;
-    return std::max(relaxation(lower, width, options), relaxation(upper, width, options)) >
-           kCounts * width;
-  });
-}
-
 /// Whether so many maximizations ended at few maxima, far from the limit.
 bool is_far(const MaximaOverY& found, double limit) {
   const auto distinct = static_cast<Index>(found.heights().size());
@@ -169,7 +158,6 @@ class MaximizationOverY {
       if (s_.variable_lower[i] < s_.variable_upper[i]) free_.push_back(i);
     }
     is_boxed_ = boxed_variables(s_, options_).size() == free_.size();
-    is_relaxed_by_much_ = is_relaxed_by_much(s_, options_);
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
@@ -442,20 +430,7 @@ class MaximizationOverY {
       return;
     }
     std::vector<double> v = result.v;
-    double value = result.objective;
-    if (limit_ &&
-        is_relaxed_by_much_) {  // into the bounds, unless the constraints do not hold there
-      std::vector<double> inside = v;
-      for (const std::size_t i : free_)
-        inside[i] = std::clamp(v[i], s_.variable_lower[i], s_.variable_upper[i]);
-      const auto there = inside == v
-                             ? std::nullopt
-                             : value_where_feasible(inner_, options_, inside, context_.work.counts);
-      if (there && std::isfinite(*there)) {
-        v = std::move(inside);
-        value = *there;
-      }
-    }
+    const double value = result.objective;
     found_.range.see(value);
     accuracy_ = std::max(accuracy_, options_.tol / std::abs(result.objective_scale));
     if (context_.witnesses != nullptr) context_.witnesses->add(v);
@@ -488,7 +463,6 @@ class MaximizationOverY {
   VariableRanges ranges_;
   std::vector<std::size_t> free_;  ///< variables that are not held
   bool is_boxed_ = false;          ///< these all have two bounds: none of them can run away
-  bool is_relaxed_by_much_ = false;
   SearchStructure structure_;
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away

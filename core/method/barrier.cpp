@@ -87,14 +87,13 @@ double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate
   return std::min(std::pow(ratio, 3.0), barrier::kLargestSigma) * average;
 }
 
-SquaredResidual squared_residual(const CanonicalProblem& canonical, const Iterate& iterate,
-                                 const Evaluation& evaluation, const Eigen::VectorXd& dual) {
+SquaredResidual squared_residual(const CanonicalProblem& canonical, const Point& point) {
   SquaredResidual residual;
-  residual.dual = mean_square(dual);
-  residual.primal = mean_square(evaluation.c);
+  residual.dual = mean_square(point.dual);
+  residual.primal = mean_square(point.evaluation.c);
   double sum = 0.0;
   Index bounds = 0;
-  for_each_product(canonical, iterate, [&](double product) {
+  for_each_product(canonical, point.iterate, [&](double product) {
     sum += product * product;
     ++bounds;
   });

@@ -55,8 +55,7 @@ struct SquaredResidual {
   [[nodiscard]] double total() const { return dual + primal + complementarity; }
 };
 [[nodiscard]] SquaredResidual squared_residual(const CanonicalProblem& canonical,
-                                               const Iterate& iterate, const Evaluation& evaluation,
-                                               const Eigen::VectorXd& dual);
+                                               const Point& point);
 
 /// The mu whose Newton step, affine + mu / average * centering, cut at the bounds, leaves the least
 /// residual by its linear model; Nocedal, Waechter, Waltz 2009, without its exact

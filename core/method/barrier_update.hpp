@@ -18,8 +18,12 @@ class BarrierUpdate {
       : context_(context),
         least_(final_barrier(context.options, context.canonical.objective_scale())),
         mu_(std::max(context.options.mu_init, least_)) {
-    if (context.options.mu_strategy == BarrierStrategy::Adaptive)
-      static_cast<void>(change_rule(first));
+    const Complementarity products = complementarity_of(context.canonical, first.iterate);
+    if (context.options.mu_strategy != BarrierStrategy::Adaptive || products.bounds == 0) return;
+    adaptive_.emplace(context.options, least_,
+                      least_adaptive_barrier(context.options, context.canonical.objective_scale()),
+                      products.average);
+    rhs_ = step_ = affine_ = zero_step(context.canonical);
   }
 
   [[nodiscard]] double mu() const { return mu_; }
@@ -34,8 +38,7 @@ class BarrierUpdate {
     const double before = mu_;
     if (adaptive_) {
       BarrierState now;
-      now.residual =
-          squared_residual(context_.canonical, point.iterate, point.evaluation, point.dual).total();
+      now.residual = squared_residual(context_.canonical, point).total();
       now.merit = {point.evaluation.c.lpNorm<1>(), point.evaluation.f};
       now.average = complementarity_of(context_.canonical, point.iterate).average;
       now.barrier_error = measured_barrier_error(context_.canonical, point, mu_).scaled;
@@ -53,22 +56,6 @@ class BarrierUpdate {
   void begin_anew() {
     mu_ = std::max(context_.options.mu_init, least_);
     forget_progress();
-  }
-
-  /// The other mu_strategy from this point on. False: without bounds there is none.
-  [[nodiscard]] bool change_rule(const Point& point) {
-    const Complementarity products = complementarity_of(context_.canonical, point.iterate);
-    if (products.bounds == 0) return false;
-    if (adaptive_) {
-      adaptive_.reset();
-      return true;
-    }
-    adaptive_.emplace(
-        context_.options, least_,
-        least_adaptive_barrier(context_.options, context_.canonical.objective_scale()),
-        products.average);
-    rhs_ = step_ = affine_ = zero_step(context_.canonical);
-    return true;
   }
 
   /// The iterates have moved elsewhere: earlier ones no longer compare.
@@ -114,10 +101,8 @@ class BarrierUpdate {
     for (const Index i : canonical.lower_bounded()) rhs_.z_lower[i] = average;
     for (const Index i : canonical.upper_bounded()) rhs_.z_upper[i] = average;
     if (!kkt.solve(point.evaluation, rhs_, step_)) return std::nullopt;
-    return quality_function_barrier(
-        canonical, point.iterate,
-        squared_residual(canonical, point.iterate, point.evaluation, point.dual), affine_, step_,
-        context_.options.tau_min, work_);
+    return quality_function_barrier(canonical, point.iterate, squared_residual(canonical, point),
+                                    affine_, step_, context_.options.tau_min, work_);
   }
 
   MethodContext context_;

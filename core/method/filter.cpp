@@ -49,28 +49,11 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
   const bool armijo = is_armijo(from, slope, alpha);
   const auto change = demanded(armijo, from, slope, alpha, to.theta);
   if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
-  if (!acceptable(to)) return Verdict::Dominated;
+  if (!acceptable(to)) return Verdict::Reject;
   // [WB, eq. (22)]: whatever theta_min, the filter is left alone where (19) and (20) hold.
   const bool falls = minimizes_ && switches(from, slope, alpha) &&
                      at_most(to.phi - from.phi, filter::kGammaPhi * alpha * slope, from.phi);
   return falls || armijo ? Verdict::Armijo : Verdict::Sufficient;
-}
-
-double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
-                                  double theta) const {
-  if (!(theta <= theta_max_)) return -kInfinity;
-  const auto forgiving = [](double phi, double size) {
-    return phi + filter::kRounding * kEpsilon * std::abs(size);
-  };
-  const auto change = demanded(is_armijo(from, slope, alpha), from, slope, alpha, theta);
-  double largest =
-      change ? forgiving(from.phi + *change, from.phi) : from.phi + most_increase(from);
-  for (const Entry& entry : entries_) {
-    if (!at_most(theta, entry.theta, entry.theta)) {
-      largest = std::min(largest, forgiving(entry.phi, entry.phi));
-    }
-  }
-  return largest;
 }
 
 bool Filter::acceptable(const Merit& merit) const {

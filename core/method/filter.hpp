@@ -14,8 +14,7 @@ namespace ipminmax {
 class Filter {
  public:
   enum class Verdict : unsigned char {
-    Reject,     ///< no sufficient progress from the point left
-    Dominated,  ///< progress from the point left, but a pair of the filter is better
+    Reject,     ///< no sufficient progress from the point left, or a pair of the filter is better
     Armijo,     ///< a step on phi: sufficient decrease of phi, the filter stays as it is
     Sufficient  ///< theta or phi decreased enough; the point left is added to the filter
   };
@@ -40,10 +39,6 @@ class Filter {
   /// Whether a step of length alpha from one point to another is acceptable; slope is the
   /// directional derivative of phi.
   [[nodiscard]] Verdict test(const Merit& from, double slope, double alpha, const Merit& to) const;
-
-  /// The largest phi that test would accept of a point with this theta.
-  [[nodiscard]] double largest_acceptable(const Merit& from, double slope, double alpha,
-                                          double theta) const;
 
   /// Records the point that was left by an accepted step.
   void add(const Merit& from);

@@ -20,11 +20,10 @@ struct Trial {
 /// What a filter search goes along.
 struct SearchLine {
   Merit from{};
-  double slope = 0.0;        ///< of phi along the step
-  StepLength longest{};      ///< first length tried
-  double smallest = 0.0;     ///< last one
-  int trials = 0;            ///< at most
-  bool first_fails = false;  ///< the first length is known to be rejected
+  double slope = 0.0;     ///< of phi along the step
+  StepLength longest{};   ///< first length tried
+  double smallest = 0.0;  ///< last one
+  int trials = 0;         ///< at most
 };
 
 /// How a filter search ended.
@@ -65,37 +64,30 @@ Filter::Verdict correct_to_second_order(Block& block, const Test& test, double s
 
 /// Backtracking with a filter, [WB, 2.3], for one player's block: y alone with K_yy, or x through
 /// K. A block has
-///   from(), trial()               the point left, and the one tried
 ///   evaluate(slope, alpha)        moves trial() along the step: its merit
-///   correct(c)                    moves trial() along a corrected step: its lengths
+///   correct(c)                    where there are corrections: moves trial() along a corrected
+///                                 step, its lengths; with from(), trial(), corrected_c()
 ///   evaluate_corrected(slope, a)  the merit there
-///   passed(dominated)             told of a trial point accepted, and whether the filter alone
-///                                 rejected the one before
 ///   complete()                    derivatives at the trial point; false: undefined
 template <class Block>
 SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, TimeLimit& limit) {
   SearchEnd end;
-  bool dominated = false;  // the last trial: by the filter alone
   StepLength alpha = line.longest;
   for (; end.cuts < line.trials && alpha.primal >= line.smallest && !limit.expired();
        ++end.cuts, alpha.primal *= 0.5) {
-    if (end.cuts == 0 && line.first_fails) continue;
     end.alpha = alpha;
     end.corrected = false;
     const auto test = [&](const Merit& to) {
-      const auto verdict = filter.test(line.from, line.slope, alpha.primal, to);
-      if (Filter::accepted(verdict)) block.passed(dominated);
-      dominated = verdict == Filter::Verdict::Dominated;
-      return verdict;
+      return filter.test(line.from, line.slope, alpha.primal, to);
     };
     const Trial trial = block.evaluate(line.slope, alpha);
     auto verdict = Filter::Verdict::Reject;
     if (trial.usable) {
       verdict = test(trial.merit);
-      const double before = line.from.theta, after = trial.merit.theta;
-      if (!Filter::accepted(verdict) && end.cuts == 0 && after >= before && before + after > 0.0) {
-        verdict =
-            correct_to_second_order(block, test, line.slope, alpha.primal, trial.merit.theta, end);
+      if constexpr (requires { block.corrected_c(); }) {
+        const double before = line.from.theta, after = trial.merit.theta;
+        if (!Filter::accepted(verdict) && end.cuts == 0 && after >= before && before + after > 0.0)
+          verdict = correct_to_second_order(block, test, line.slope, alpha.primal, after, end);
       }
     }
     if (!Filter::accepted(verdict) || !block.complete()) continue;

@@ -10,7 +10,6 @@
 #include "core/method/filter.hpp"
 #include "core/method/filter_search.hpp"
 #include "core/method/first_multipliers.hpp"
-#include "core/method/globalized_arrays.hpp"
 #include "core/method/outer_block.hpp"
 #include "core/method/parameters.hpp"
 #include "core/method/patience.hpp"
@@ -26,13 +25,12 @@ namespace ipminmax {
 /// The globalized method, docs/algorithm.md: the minimizer descends on phi(x), the local maximum
 /// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
 /// Without Max variables this is Ipopt's filter line search.
-class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
+class GlobalizedMethod final : public StepMethod {
  public:
   /// first: where the search begins.
   GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first,
-                   GlobalizedArrays& arrays)
-      : Kept(&arrays),
-        canonical_(context.canonical),
+                   OuterArrays& arrays)
+      : canonical_(context.canonical),
         kkt_(context.kkt),
         correction_(context.correction),
         options_(context.options),
@@ -40,11 +38,10 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
         budget_(context.budget),
         restorer_(std::move(restorer)),
         patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
-        outer_(context, first, outer_arrays_) {
-    watchdog_.begin_anew();
-    filter_.begin_anew(at(std::min(options_.max_iter, parameters::kPlenty)));
-    filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
-    if (!has_max()) filter_.minimize();
+        outer_(context, first, arrays) {
+    outer_.filter.begin_anew(at(std::min(options_.max_iter, parameters::kPlenty)));
+    outer_.filter.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
+    if (!has_max()) outer_.filter.minimize();
   }
 
   [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override {
@@ -59,7 +56,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
                                   Point& to) override {
     const KktSystem::Counting counting(kkt_, FactorizationCause::Curvature);
     Run run{.here = &from, .to = to, .mu = mu};
-    filter_.reset();
+    outer_.filter.reset();
     run.report.kind = StepKind::Escape;
     const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
     if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};
@@ -72,8 +69,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   }
 
   void barrier_changed() override {
-    filter_.reset();
-    watchdog_.end();
+    outer_.filter.reset();
     patience_.barrier_changed();
     least_residual_ = kInfinity;
     soft_steps_ = 0;
@@ -93,7 +89,6 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   struct Block {
     GlobalizedMethod& owner;
     Run& run;
-    OuterBlock::Bound bound{};  ///< of merits worth looking at
     // Of a move along a curvature
     double alpha_primal = 0.0;
 
@@ -104,16 +99,15 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     [[nodiscard]] Trial evaluate(double slope, StepLength alpha) const {
       owner.outer_.set_trial(from(), owner.outer_.step, alpha, run.mu);
       ++run.report.trials;
-      return owner.outer_.evaluate_trial(run.mu, slope, alpha.primal, bound);
+      return owner.outer_.evaluate_trial(run.mu, slope, alpha.primal);
     }
     [[nodiscard]] std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
       ++run.report.trials;
       return owner.outer_.correct(from(), run.mu, c);
     }
     [[nodiscard]] Trial evaluate_corrected(double slope, double alpha) const {
-      return owner.outer_.evaluate_trial(run.mu, slope, alpha, {});
+      return owner.outer_.evaluate_trial(run.mu, slope, alpha);
     }
-    void passed(bool dominated) const { owner.count_dominated(dominated); }
     [[nodiscard]] bool complete() const {
       return owner.has_max() ||
              evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
@@ -130,7 +124,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       ++run.report.trials;
     }
     [[nodiscard]] Trial evaluate_move(double length) const {
-      return owner.outer_.evaluate_trial(run.mu, 1.0, length, {});
+      return owner.outer_.evaluate_trial(run.mu, 1.0, length);
     }
     [[nodiscard]] Trial improve(const Trial& moved) const {
       if (!moved.usable || owner.has_max()) return moved;
@@ -242,22 +236,18 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     run.report.kind = StepKind::Newton;
     inner_right_at_ = trial.evaluation.hessian_call;
     move_to_trial(run);
-    filter_.reset();
+    outer_.filter.reset();
     return true;
   }
 
   [[nodiscard]] bool inner_phase(Run& run, double target) {
-    const InnerDirection& direction = outer_.direction;
-    const double estimate =
-        outer_.merit(*run.here, run.mu).phi + (direction.shift.y == 0.0 ? direction.gain : 0.0);
     run.to = *run.here;
-    const auto outcome = outer_.inner.maximize(run.to, run.mu, target, parameters::inner::kSteps,
-                                               kInfinity, outer_.direction);
+    const auto outcome =
+        outer_.inner.maximize(run.to, run.mu, target, parameters::inner::kSteps, outer_.direction);
     run.unshifted_step = UnshiftedStep::Unknown;
     if (outcome == InnerMaximizer::Outcome::Maximum) {
       run.here = &run.to;
-      filter_.reset();
-      patience_.watch_branch(estimate, outer_.merit(run.to, run.mu).phi);
+      outer_.filter.reset();
       return true;
     }
     if (limit_.expired()) return fail_by_limit(run);
@@ -290,46 +280,14 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   }
 
   [[nodiscard]] bool outer_step(Run& run) {
-    bool inner_exact = !has_max();
-    for (;;) {
-      // A watchdog's full step may have led to where there is none.
-      const bool found = find_outer_step(run);
-      const bool goes_back = !found && watchdog_.active && !limit_.expired();
-      if (goes_back) return_to_watched(run);
-      if (!found && !goes_back) {
-        if (can_restore(*run.here) && !limit_.expired()) return restore(run);
-        return fail(run, Status::InertiaCorrectionFailed,
-                    "no shift of the Hessian gives the KKT matrix the expected inertia");
-      }
-      const bool is_watched = !has_max() && (goes_back || watchdog_.is_due());
-      if (is_watched && !goes_back && watched_step(run)) return true;
-      const int trials = !has_max()    ? parameters::kHalvings
-                         : inner_exact ? parameters::kPatience
-                                       : parameters::kFew;
-      if (search(run, trials, is_watched)) return true;
-      if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
-      // Rejections may be the fault of phi's estimate: make it exact and search once more.
-      if (inner_exact || outer_.direction.largest_gain() <= parameters::kZero) break;
-      inner_exact = true;
-      const double estimate = outer_.merit(*run.here, run.mu).phi;
-      if (!exact_inner_maximum(run)) {  // the branch ends before its maximum
-        return limit_.expired() ? fail_by_limit(run) : leap(run);
-      }
-      patience_.watch_branch(estimate, outer_.merit(*run.here, run.mu).phi);
+    if (!find_outer_step(run)) {
+      if (can_restore(*run.here) && !limit_.expired()) return restore(run);
+      return fail(run, Status::InertiaCorrectionFailed,
+                  "no shift of the Hessian gives the KKT matrix the expected inertia");
     }
+    if (search(run, has_max() ? parameters::kFew : parameters::kHalvings)) return true;
+    if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
     return without_line_search(run);
-  }
-
-  [[nodiscard]] bool exact_inner_maximum(Run& run) {
-    outer_.trial = *run.here;
-    if (outer_.inner.maximize(outer_.trial, run.mu, parameters::kZero, parameters::inner::kSteps,
-                              kInfinity, outer_.direction) != InnerMaximizer::Outcome::Maximum) {
-      return false;
-    }
-    move_to_trial(run);
-    run.unshifted_step = UnshiftedStep::Unknown;
-    filter_.reset();
-    return true;
   }
 
   [[nodiscard]] bool without_line_search(Run& run) {
@@ -337,73 +295,21 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     if (can_restore(*run.here)) return restore(run);
     if (has_max()) return leap(run);
     // Points of long ago may be all that rejects.
-    filter_.reset();
-    if (search(run, parameters::kHalvings, false)) return true;
+    outer_.filter.reset();
+    if (search(run, parameters::kHalvings)) return true;
     const Eigen::VectorXd& c = run.here->evaluation.c;
     const bool exactly_feasible = max_norm(c) <= parameters::kSmall * options_.tol;
     if (restorer_.solve && !exactly_feasible) return restore(run);
     return fail(run, Status::TinyStep, "no acceptable step found");
   }
 
-  /// False: an ordinary search is due, from the point and with the step that it went back to.
-  [[nodiscard]] bool watched_step(Run& run) {
-    const Point& from = *run.here;
-    Watchdog& watchdog = watchdog_;
-    if (!watchdog.active) {
-      watchdog.point = from;
-      watchdog.step = outer_.step;
-      watchdog.from = outer_.merit(from, run.mu);
-      watchdog.slope = outer_.slope(from, run.mu);
-      watchdog.report = run.report;
-      watchdog.trials = 0;
-      watchdog.active = true;
-    }
-    const StepLength alpha = outer_.longest_step(from, run.mu);
-    if (watchdog.trials == 0) watchdog.alpha = alpha.primal;
-    Block block{.owner = *this, .run = run};
-    const Trial trial = block.evaluate(watchdog.slope, alpha);
-    const bool defined = trial.usable && block.complete();
-    const auto verdict = filter_.test(watchdog.from, watchdog.slope, watchdog.alpha, trial.merit);
-    const bool improves = defined && Filter::accepted(verdict);
-    // A full step to where the solve would end as diverging is nothing to wait for.
-    const bool may_wait =
-        defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
-    // watchdog_trial_iter_max of [Ipopt]
-    if (improves || (may_wait && ++watchdog.trials <= parameters::kEnough)) {
-      if (improves) {
-        if (verdict == Filter::Verdict::Sufficient) filter_.add(watchdog.from);
-        watchdog.end();
-      }
-      accept(run);
-      run.report.alpha_primal = alpha.primal;
-      run.report.alpha_dual = alpha.dual;
-      run.report.kind = StepKind::Watchdog;
-      return true;
-    }
-    return_to_watched(run);
-    return false;
-  }
-
-  /// To the point where the watchdog began, and the step from there.
-  void return_to_watched(Run& run) {
-    Watchdog& watchdog = watchdog_;
-    watchdog.end();
-    std::swap(run.to, watchdog.point);
-    run.here = &run.to;
-    std::swap(outer_.step, watchdog.step);
-    const Index trials = run.report.trials;
-    run.report = watchdog.report;
-    run.report.trials = trials;
-  }
-
-  [[nodiscard]] bool search(Run& run, int trials, bool first_fails) {
+  [[nodiscard]] bool search(Run& run, int trials) {
     const Point& from = *run.here;
     SearchLine line{.from = outer_.estimate(from, run.mu),
                     .longest = outer_.longest_step(from, run.mu),
-                    .trials = trials,
-                    .first_fails = first_fails};
+                    .trials = trials};
     line.slope = outer_.slope(from, run.mu);
-    line.smallest = filter_.smallest_step(line.from, line.slope);
+    line.smallest = outer_.filter.smallest_step(line.from, line.slope);
     last_slope_ = std::abs(line.slope);
     if (has_max()) {
       // phi is known along one branch of inner maxima only: no step far out of its neighbourhood.
@@ -411,14 +317,13 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       line.longest.primal =
           std::min(line.longest.primal, longest / std::max(max_norm(outer_.step.v), longest));
     }
-    Block block{.owner = *this, .run = run, .bound = OuterBlock::Bound(filter_, line)};
-    const SearchEnd end = filter_search(block, filter_, line, limit_);
+    Block block{.owner = *this, .run = run};
+    const SearchEnd end = filter_search(block, outer_.filter, line, limit_);
     if (!end.accepted) return false;
     accept(run);
     run.report.alpha_primal = end.alpha.primal;
     run.report.alpha_dual = end.alpha.dual;
     if (end.corrected) run.report.kind = StepKind::Corrected;
-    watchdog_.count(end.cuts > 0);
     soft_steps_ = 0;
     return true;
   }
@@ -473,7 +378,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
         continue;
       }
       move_to_trial(run);
-      filter_.reset();
+      outer_.filter.reset();
       run.report.alpha_primal = alpha.primal;
       run.report.alpha_dual = alpha.dual;
       return true;
@@ -487,14 +392,15 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     if (has_max() && !goes_on(run, patience_.set_back(Setback::Infeasible))) return false;
     // The violation that counts is that of both players: Max constraints are restored with Min's.
     const double start_theta = from.evaluation.c.lpNorm<1>();
-    filter_.add(outer_.estimate(from, run.mu));
+    outer_.filter.add(outer_.estimate(from, run.mu));
     const auto acceptable = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
       const double theta = c.lpNorm<1>();
       // kappa_resto of [WB, 3.3]
       if (theta > parameters::kProgress * start_theta) return false;
       double f = 0.0;
       if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
-      return has_max() || filter_.acceptable({theta, barrier_objective(canonical_, v, f, run.mu)});
+      return has_max() ||
+             outer_.filter.acceptable({theta, barrier_objective(canonical_, v, f, run.mu)});
     };
     const Index granted = budget_.left_to_restore();
     Index left = granted;
@@ -567,7 +473,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       if (!left || !inner.direction(run.to, run.mu, outer_.direction)) return false;
     }
     const auto outcome = inner.maximize(run.to, run.mu, inner_target(run.to, run.mu),
-                                        parameters::inner::kSteps, kInfinity, outer_.direction);
+                                        parameters::inner::kSteps, outer_.direction);
     return outcome == InnerMaximizer::Outcome::Maximum ||
            outcome == InnerMaximizer::Outcome::NotFound;
   }
@@ -660,15 +566,6 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     std::swap(outer_.direction, outer_.trial_direction);
   }
 
-  void count_dominated(bool dominated) {
-    if (has_max() || filter_resets_ >= parameters::outer::kFilterResets) return;
-    dominated_steps_ = dominated ? dominated_steps_ + 1 : 0;
-    if (dominated_steps_ < parameters::outer::kFilterResets) return;
-    filter_.reset();
-    ++filter_resets_;
-    dominated_steps_ = 0;
-  }
-
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   InertiaCorrection& correction_;
@@ -686,8 +583,6 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   int steps_above_least_ = 0;          ///< fast ones in a row
   double last_slope_ = 1e20;
   double fast_contraction_ = 0.0;  ///< of the residual by the last step; 0: that was not full, fast
-  Index dominated_steps_ = 0;      ///< in a row whose last rejection was the filter's
-  Index filter_resets_ = 0;
   Index soft_steps_ = 0;
 };
 

@@ -39,7 +39,6 @@ enum class StepKind : char {
   Joint = 'j',
   Leap = 'l',
   Escape = 'e',
-  Watchdog = 'W',
   Instability = 'i',  ///< line 7 of Algorithm 1 raised delta_x
   NewStart = 'w'
 };

@@ -55,25 +55,15 @@ void split_slack_multipliers(const CanonicalProblem& canonical, double mu, Itera
 /// Fills the point; what is undefined is named.
 std::string evaluate(CanonicalProblem& canonical, const SolverOptions& options, double mu,
                      Point& point) {
-  Evaluation& evaluation = point.evaluation;
-  point.iterate = canonical.starting_point();
-  evaluation.c.setZero(canonical.constraints());
-  evaluation.gradient.setZero(canonical.variables());
-  evaluation.jacobian.assign(canonical.jacobian().size(), 0.0);
-  evaluation.hessian.assign(canonical.hessian().size(), 0.0);
+  begin_at(canonical, canonical.starting_point(), point);
   const auto undefined = [&](EvaluationStatus status) { return status != EvaluationStatus::Ok; };
-  if (undefined(canonical.values(point.iterate.v, evaluation.f, evaluation.c))) {
-    return canonical.evaluation_error();
-  }
-  canonical.start_slacks(point.iterate, evaluation.c);
+  if (undefined(evaluate_values(canonical, point))) return canonical.evaluation_error();
+  canonical.start_slacks(point.iterate, point.evaluation.c);
   start_bound_multipliers(canonical, options, point.iterate);
   split_slack_multipliers(canonical, mu, point.iterate);
-  if (undefined(canonical.values(point.iterate.v, evaluation.f, evaluation.c)) ||
-      undefined(canonical.derivatives(point.iterate.v, point.iterate.lambda, evaluation))) {
-    return canonical.evaluation_error();
-  }
-  dual_residual(canonical, point.iterate, evaluation, point.dual);
-  return {};
+  const bool defined = !undefined(evaluate_values(canonical, point)) &&
+                       !undefined(evaluate_derivatives(canonical, point));
+  return defined ? std::string() : canonical.evaluation_error();
 }
 
 /// A row of the Newton system on whose diagonal E stands.
@@ -146,9 +136,7 @@ IterationMap iteration_map(Problem& problem, const Result& at, const SolverOptio
   KktSystem kkt(canonical, options, counts, timing);
   Point point;
   if (map.error = evaluate(canonical, options, at.mu, point); !map.error.empty()) return map;
-  map.residual =
-      barrier_error(canonical, point.iterate, point.evaluation, point.dual, at.mu, options.s_max)
-          .norm();
+  map.residual = barrier_error(canonical, point, at.mu, options.s_max).norm();
 
   map.error = "the KKT matrix cannot be factorized";
   if (!kkt.analyze()) return map;

@@ -32,9 +32,7 @@ EvaluationStatus evaluate_values(CanonicalProblem& canonical, Point& point) {
 
 EvaluationStatus evaluate_first_derivatives(CanonicalProblem& canonical, Point& point) {
   const auto status = canonical.first_derivatives(point.iterate.v, point.evaluation);
-  if (status == EvaluationStatus::Ok) {
-    dual_residual(canonical, point.iterate, point.evaluation, point.dual);
-  }
+  if (status == EvaluationStatus::Ok) renew_dual(canonical, point);
   return status;
 }
 
@@ -45,9 +43,7 @@ EvaluationStatus evaluate_second_derivatives(CanonicalProblem& canonical, Point&
 EvaluationStatus evaluate_derivatives(CanonicalProblem& canonical, Point& point) {
   const auto status =
       canonical.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation);
-  if (status == EvaluationStatus::Ok) {
-    dual_residual(canonical, point.iterate, point.evaluation, point.dual);
-  }
+  if (status == EvaluationStatus::Ok) renew_dual(canonical, point);
   return status;
 }
 
@@ -60,17 +56,16 @@ void evaluate_where_defined(CanonicalProblem& canonical, Point& point) {
     e.gradient.setConstant(kNaN);
     std::ranges::fill(e.jacobian, kNaN);
   }
-  dual_residual(canonical, point.iterate, e, point.dual);
+  renew_dual(canonical, point);
 }
 
 void measure(const CanonicalProblem& canonical, const SolverOptions& options, Point& point) {
-  point.parts = error_parts(canonical, point.iterate, point.evaluation, point.dual, options.s_max);
-  point.error = kkt_error(canonical, point.iterate, point.evaluation, point.dual, point.parts,
-                          options.mu_target);
+  point.parts = error_parts(canonical, point, options.s_max);
+  point.error = kkt_error(canonical, point, options.mu_target);
 }
 
 void measure_anew(const CanonicalProblem& canonical, const SolverOptions& options, Point& point) {
-  dual_residual(canonical, point.iterate, point.evaluation, point.dual);
+  renew_dual(canonical, point);
   measure(canonical, options, point);
 }
 

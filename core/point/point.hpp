@@ -9,15 +9,6 @@
 
 namespace ipminmax {
 
-/// A point with everything that the method reads there.
-struct Point {
-  Iterate iterate;
-  Evaluation evaluation;
-  Eigen::VectorXd dual;                  ///< gradient of the Lagrangian, see dual_residual
-  KktError error = KktError::unknown();  ///< where measured
-  ErrorParts parts{};                    ///< of the error, where measured
-};
-
 /// A point at the iterate with room for its functions, all zero.
 [[nodiscard]] Point unevaluated_point(const CanonicalProblem& canonical, const Iterate& iterate);
 /// The same in a point that is there.
@@ -40,21 +31,6 @@ void measure(const CanonicalProblem& canonical, const SolverOptions& options, Po
 
 /// Renews dual first, where multipliers are not those that it was made of.
 void measure_anew(const CanonicalProblem& canonical, const SolverOptions& options, Point& point);
-
-/// Of a point that has its dual residual, see residual.hpp.
-[[nodiscard]] inline BarrierError barrier_error(const CanonicalProblem& canonical,
-                                                const Point& point, double mu, double s_max) {
-  return barrier_error(canonical, point.iterate, point.evaluation, point.dual, mu, s_max);
-}
-/// The same of a point that has been measured where it is now.
-[[nodiscard]] inline BarrierError measured_barrier_error(const CanonicalProblem& canonical,
-                                                         const Point& point, double mu) {
-  return barrier_error(canonical, point.iterate, point.parts, mu);
-}
-inline void newton_residual(const CanonicalProblem& canonical, const Point& point, double mu,
-                            NewtonResidual& rhs) {
-  newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
-}
 
 /// Violation of a player's constraints (1-norm) and the barrier objective that the player wants
 /// small, at one point.

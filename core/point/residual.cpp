@@ -20,13 +20,12 @@ double complementarity(const CanonicalProblem& canonical, const Iterate& iterate
 
 }  // namespace
 
-double max_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                 const Eigen::VectorXd& dual) {
+double max_error(const CanonicalProblem& canonical, const Point& point) {
   const Index y = canonical.y().begin;
-  if (!canonical.has_copies()) return max_norm(dual, y, canonical.variables());
+  if (!canonical.has_copies()) return max_norm(point.dual, y, canonical.variables());
   double error = 0.0;
   for (Index i = y; i < canonical.variables(); ++i) {
-    error = largest(error, std::abs(dual[i]) / canonical.weight(i, iterate));
+    error = largest(error, std::abs(point.dual[i]) / canonical.weight(i, point.iterate));
   }
   return error;
 }
@@ -35,8 +34,10 @@ double BarrierError::norm() const {
   return largest(largest(primal, complementarity), largest(dual_min, dual_max));
 }
 
-void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
-                   const Evaluation& evaluation, Eigen::VectorXd& residual) {
+void renew_dual(const CanonicalProblem& canonical, Point& point) {
+  const Iterate& iterate = point.iterate;
+  const Evaluation& evaluation = point.evaluation;
+  Eigen::VectorXd& residual = point.dual;
   residual = evaluation.gradient;
   const auto jacobian = canonical.jacobian();
   for (const auto k : indices(jacobian)) {
@@ -52,8 +53,8 @@ void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
   });
 }
 
-ErrorParts error_parts(const CanonicalProblem& canonical, const Iterate& iterate,
-                       const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max) {
+ErrorParts error_parts(const CanonicalProblem& canonical, const Point& point, double s_max) {
+  const Iterate& iterate = point.iterate;
   const Index m = canonical.constraints();
   const double z_sum = iterate.z_lower.lpNorm<1>() + iterate.z_upper.lpNorm<1>();
   const auto bounds =
@@ -61,15 +62,17 @@ ErrorParts error_parts(const CanonicalProblem& canonical, const Iterate& iterate
   const auto scale = [&](double sum, double count) {
     return count > 0.0 ? std::max(s_max, sum / count) / s_max : 1.0;
   };
-  return {.primal = max_norm(evaluation.c, 0, m),
-          .dual_min = max_norm(dual, 0, canonical.y().begin),
-          .dual_max = max_error(canonical, iterate, dual),
+  return {.primal = max_norm(point.evaluation.c, 0, m),
+          .dual_min = max_norm(point.dual, 0, canonical.y().begin),
+          .dual_max = max_error(canonical, point),
           .s_d = scale(z_sum + iterate.lambda.lpNorm<1>(), bounds + static_cast<double>(m)),
           .s_c = scale(z_sum, bounds)};
 }
 
-BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                           const ErrorParts& parts, double mu) {
+namespace {
+
+BarrierError barrier_error_of(const CanonicalProblem& canonical, const Iterate& iterate,
+                              const ErrorParts& parts, double mu) {
   BarrierError error{
       .primal = parts.primal, .dual_min = parts.dual_min, .dual_max = parts.dual_max};
   error.complementarity = complementarity(canonical, iterate, mu);
@@ -78,36 +81,33 @@ BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& ite
   return error;
 }
 
-BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                           const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
+}  // namespace
+
+BarrierError barrier_error(const CanonicalProblem& canonical, const Point& point, double mu,
                            double s_max) {
-  return barrier_error(canonical, iterate, error_parts(canonical, iterate, evaluation, dual, s_max),
-                       mu);
+  return barrier_error_of(canonical, point.iterate, error_parts(canonical, point, s_max), mu);
 }
 
-KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                   const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max,
-                   double mu) {
-  return kkt_error(canonical, iterate, evaluation, dual,
-                   error_parts(canonical, iterate, evaluation, dual, s_max), mu);
+BarrierError measured_barrier_error(const CanonicalProblem& canonical, const Point& point,
+                                    double mu) {
+  return barrier_error_of(canonical, point.iterate, point.parts, mu);
 }
 
-KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                   const Evaluation& evaluation, const Eigen::VectorXd& dual,
-                   const ErrorParts& parts, double mu) {
+KktError kkt_error(const CanonicalProblem& canonical, const Point& point, double mu) {
   KktError error;
-  const BarrierError scaled = barrier_error(canonical, iterate, parts, mu);
+  const BarrierError scaled = measured_barrier_error(canonical, point, mu);
   error.total = scaled.scaled;
   error.scaled_primal = scaled.primal;
   error.scaled_dual = std::max(scaled.dual_min, scaled.dual_max);
   error.scaled_complementarity = scaled.complementarity;
   const double f_scale = std::abs(canonical.objective_scale());
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    error.primal = largest(error.primal, std::abs(evaluation.c[j]) / canonical.constraint_scale(j));
+    error.primal =
+        largest(error.primal, std::abs(point.evaluation.c[j]) / canonical.constraint_scale(j));
   }
   for (Index i = 0; i < canonical.variables(); ++i) {
-    const double value =
-        std::abs(dual[i]) / canonical.weight(i, iterate) * canonical.variable_scale(i) / f_scale;
+    const double value = std::abs(point.dual[i]) / canonical.weight(i, point.iterate) *
+                         canonical.variable_scale(i) / f_scale;
     double& dual_error = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
     dual_error = largest(dual_error, value);
   }
@@ -115,10 +115,11 @@ KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
   return error;
 }
 
-void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
-                     const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
+void newton_residual(const CanonicalProblem& canonical, const Point& point, double mu,
                      NewtonResidual& rhs) {
-  rhs.v = -dual - mu * canonical.damping();
+  const Iterate& iterate = point.iterate;
+  const Evaluation& evaluation = point.evaluation;
+  rhs.v = -point.dual - mu * canonical.damping();
   rhs.lambda = -evaluation.c;
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
     multiplier_of(rhs, i, side) =

@@ -6,13 +6,28 @@
 
 namespace ipminmax {
 
-/// grad f + J' lambda + sign (z_upper - z_lower), sign = +1 for Min and -1 for Max.
-void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
-                   const Evaluation& evaluation, Eigen::VectorXd& residual);
+/// What of a BarrierError is the same for every mu.
+struct ErrorParts {
+  double primal = 0.0;
+  double dual_min = 0.0;
+  double dual_max = 0.0;
+  double s_d = 1.0, s_c = 1.0;  ///< of Waechter and Biegler 2006, eq. (5)
+};
 
-/// Largest entry in Max's variables, of copies that of their own rows' Lagrangian.
-[[nodiscard]] double max_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                               const Eigen::VectorXd& dual);
+/// A point with everything that the method reads there.
+struct Point {
+  Iterate iterate;
+  Evaluation evaluation;
+  Eigen::VectorXd dual;                  ///< gradient of the Lagrangian, see renew_dual
+  KktError error = KktError::unknown();  ///< where measured
+  ErrorParts parts{};                    ///< of the error, where measured
+};
+
+/// dual = grad f + J' lambda + sign (z_upper - z_lower), sign = +1 for Min and -1 for Max.
+void renew_dual(const CanonicalProblem& canonical, Point& point);
+
+/// Largest entry of dual in Max's variables, of copies that of their own rows' Lagrangian.
+[[nodiscard]] double max_error(const CanonicalProblem& canonical, const Point& point);
 
 /// Errors of the first-order conditions of the barrier problem with parameter mu (the paper's
 /// g(z, b)), in canonical units.
@@ -25,34 +40,20 @@ struct BarrierError {
   /// |g(z, b)|_inf of the paper.
   [[nodiscard]] double norm() const;
 };
-[[nodiscard]] BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                                         const Evaluation& evaluation, const Eigen::VectorXd& dual,
-                                         double mu, double s_max);
-
-/// What of a BarrierError is the same for every mu.
-struct ErrorParts {
-  double primal = 0.0;
-  double dual_min = 0.0;
-  double dual_max = 0.0;
-  double s_d = 1.0, s_c = 1.0;  ///< of Waechter and Biegler 2006, eq. (5)
-};
-[[nodiscard]] ErrorParts error_parts(const CanonicalProblem& canonical, const Iterate& iterate,
-                                     const Evaluation& evaluation, const Eigen::VectorXd& dual,
+[[nodiscard]] ErrorParts error_parts(const CanonicalProblem& canonical, const Point& point,
                                      double s_max);
-[[nodiscard]] BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                                         const ErrorParts& parts, double mu);
+/// Of a point that has its dual.
+[[nodiscard]] BarrierError barrier_error(const CanonicalProblem& canonical, const Point& point,
+                                         double mu, double s_max);
+/// The same of a point that has been measured where it is now.
+[[nodiscard]] BarrierError measured_barrier_error(const CanonicalProblem& canonical,
+                                                  const Point& point, double mu);
 
-/// Errors at mu (mu_target, 0 by default) in the model's units, total in canonical units.
-[[nodiscard]] KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                                 const Evaluation& evaluation, const Eigen::VectorXd& dual,
-                                 double s_max, double mu = 0.0);
-[[nodiscard]] KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                                 const Evaluation& evaluation, const Eigen::VectorXd& dual,
-                                 const ErrorParts& parts, double mu = 0.0);
+/// Errors of a point with its parts at mu in the model's units, total in canonical units.
+[[nodiscard]] KktError kkt_error(const CanonicalProblem& canonical, const Point& point, double mu);
 
 /// Right-hand side -g(z, mu) of the Newton system, damping included.
-void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
-                     const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
+void newton_residual(const CanonicalProblem& canonical, const Point& point, double mu,
                      NewtonResidual& rhs);
 
 /// The Jacobian of the Newton system where there are copies. A copy's multipliers are weight times

@@ -11,11 +11,6 @@ namespace {
 
 constexpr const char* kToInfinity = "the iterates diverge while the gradient goes to zero";
 
-/// Whether K_yy has a wrong sign, although no direction was found that proves it.
-bool seems_wrong(const Certificate& found) {
-  return found.inner.positive > found.inner_expected.positive;
-}
-
 }  // namespace
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
@@ -33,22 +28,17 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
                    barrier_.mu(), context_.budget.iteration);
 }
 
-SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
+SearchOutcome Search::run(StepMethod& method) {
   for (;; ++context_.budget.iteration) {
     if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
-    drop_idle_multipliers(context_.options.tol);
 
     bool escaped = false;
     if (const auto claim = test_.claim(arrays_.point)) {
       Verdict verdict = judge(*claim);
-      escaped = leave(verdict, method, kept);
+      escaped = leave(verdict, method);
       if (!escaped) return ended(std::move(verdict));
     }
-    // For a balanced point as long again as to the first that met the tolerances.
-    if (met_at_ < 0 && !arrays_.best.rank().is_unmet) met_at_ = context_.budget.iteration;
-    if (met_at_ >= 0 && context_.budget.iteration > 2 * met_at_ + parameters::kPlenty)
-      return given_up(Status::MaxIterations);
-    if (const auto status = limit_reached()) return given_up(*status);
+    if (const auto status = limit_reached()) return ended(*status);
     if (escaped) continue;
     if (deadline_ && context_.budget.iteration >= deadline_->iteration)
       return ended(deadline_->status);
@@ -74,25 +64,6 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .iterations = context_.budget.iteration};
   outcome.point = arrays_.point;
   return outcome;
-}
-
-/// Without a solution. Unless it diverges, a minimization ends at a point that met the tolerances
-/// and was refused, if there is one.
-SearchOutcome Search::given_up(Status status, std::string message) {
-  if (arrays_.best.rank().is_unmet ||
-      !(arrays_.best.point().error.total <= context_.options.acceptable_tol) ||
-      purpose_ != Purpose::Solution || stopped_from_outside(status) ||
-      status == Status::OuterUnbounded || status == Status::DivergingIterates) {
-    return ended(status, std::move(message));
-  }
-  arrays_.point = arrays_.best.point();
-  Verdict verdict = judge(Status::SolvedToAcceptableLevel);
-  if (verdict.message.empty()) {
-    verdict.message = std::string(name_of(verdict.status)) +
-                      ": the scaled tolerances are met, but the gradient of the Lagrangian is not "
-                      "small beside its terms";
-  }
-  return ended(std::move(verdict));
 }
 
 SearchOutcome Search::ended(Verdict&& verdict) const {
@@ -132,10 +103,9 @@ SearchOutcome Search::after_failed_step() {
   if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point())) {
     arrays_.point = arrays_.best.point();
   }
-  if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
-  return given_up(*step_.failure, step_.message);
+  return ended(*step_.failure, step_.message);
 }
 
 std::optional<Status> Search::limit_reached() {
@@ -150,23 +120,6 @@ std::optional<Status> Search::limit_reached() {
   if (runaway_iterations_ > parameters::kPlenty) return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
   return std::nullopt;
-}
-
-void Search::drop_idle_multipliers(double tolerance) {
-  // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
-  const bool minimization = context_.canonical.max_size() == 0 || context_.canonical.is_constant();
-  if (!minimization || arrays_.point.evaluation.c.size() == 0 ||
-      max_norm(arrays_.point.evaluation.gradient) > 0.0 ||
-      max_norm(arrays_.point.evaluation.c) > tolerance ||
-      max_norm(arrays_.point.iterate.lambda) == 0.0) {
-    return;
-  }
-  Iterate& iterate = arrays_.point.iterate;
-  iterate.lambda.setZero();
-  iterate.z_lower = iterate.z_lower.cwiseMin(context_.options.tol);
-  iterate.z_upper = iterate.z_upper.cwiseMin(context_.options.tol);
-  static_cast<void>(evaluate_second_derivatives(context_.canonical, arrays_.point));
-  measure_anew(context_.canonical, context_.options, arrays_.point);
 }
 
 Search::Verdict Search::judge(Status claim) {
@@ -227,21 +180,14 @@ Index Search::reasonable_factorizations_for_test() const {
                   others / parameters::test::kShareOfTests - tests);
 }
 
-bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
-  if (context_.budget.is_spent() || context_.limit.expired()) return false;
-  // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for
-  // the case that nothing better comes.
-  const Certificate& found = verdict.finding.certificate;
-  if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
-  const bool minimization = context_.canonical.max_size() == 0;
-  const std::optional<WrongCurvature>& wrong = verdict.finding.wrong;
-  const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
-                          (!minimization || wrong) && found.second_order != SecondOrder::Flat &&
-                          (found.inner == found.inner_expected || seems_wrong(found));
-  if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
-  StepReport step = method.escape(arrays_.point, barrier_.mu(), {.wrong = wrong}, arrays_.next);
+bool Search::leave(const Verdict& verdict, StepMethod& method) {
+  if (verdict.status != Status::NotLocalMinmax || context_.budget.is_spent() ||
+      context_.limit.expired()) {
+    return false;
+  }
+  StepReport step =
+      method.escape(arrays_.point, barrier_.mu(), {.wrong = verdict.finding.wrong}, arrays_.next);
   if (!step.moved) return false;
-  if (degenerate) kept = ended(Verdict{verdict});
   step_ = std::move(step);
   std::swap(arrays_.point, arrays_.next);
   measure_point();

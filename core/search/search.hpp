@@ -36,9 +36,8 @@ class Search {
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
          Observation& observation, const Start& start, SearchArrays& arrays);
 
-  /// Iterates until the search ends. kept: a first-order point with an undecided test that was left
-  /// for a better one.
-  [[nodiscard]] SearchOutcome run(StepMethod& method, std::optional<SearchOutcome>& kept);
+  /// Iterates until the search ends.
+  [[nodiscard]] SearchOutcome run(StepMethod& method);
 
   /// The search as it stands, ended so.
   [[nodiscard]] SearchOutcome ended(Status status, std::string message = {}) const;
@@ -54,13 +53,10 @@ class Search {
   [[nodiscard]] Index factorizations_for_test() const;
   [[nodiscard]] Index reasonable_factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
-  [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
-                           std::optional<SearchOutcome>& kept);
-  [[nodiscard]] SearchOutcome given_up(Status status, std::string message = {});
+  [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method);
   [[nodiscard]] std::optional<Status> limit_reached();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
-  void drop_idle_multipliers(double tolerance);
   void measure_point();
 
   MethodContext context_;
@@ -72,7 +68,6 @@ class Search {
   StepReport step_;  ///< that led to arrays_.point, or failed there
   std::optional<Deadline> deadline_;
   Index runaway_iterations_ = 0;  ///< in a row
-  Index met_at_ = -1;             ///< the first iteration that met the tolerances
 };
 
 }  // namespace ipminmax

@@ -41,7 +41,7 @@ class CertifiedPoint {
 
   Certificate certify() {
     ipminmax::Point point{iterate_, evaluation_, {}};
-    dual_residual(canonical_, iterate_, evaluation_, point.dual);
+    renew_dual(canonical_, point);
     return ipminmax::certify(canonical_, *kkt_, point, kMu, options_).certificate;
   }
 
