@@ -442,8 +442,9 @@ Rows linear_solver_options() {
                "MA97 of the HSL library that hsllib names"})},
       {"minmax_ordering", category, "Fill-reducing ordering.",
        choice(&O::minmax_ordering, {"best", "amd", "pord", "metis"},
-              {"least predicted operations", "approximate minimum degree",
-               "PORD (MUMPS only; AMD elsewhere)", "METIS nested dissection"})},
+              {"AMD, or METIS if that is worth its time by predicted operations",
+               "approximate minimum degree", "PORD (MUMPS only; AMD elsewhere)",
+               "METIS nested dissection"})},
       {"minmax_schur_complement", category,
        "Whether K is factorized by way of K_yy and the dense Schur complement of K_yy "
        "in K, which has as many rows as x and its constraints. One factorization of "

@@ -7,6 +7,7 @@
 #include "linalg/auto_solver.hpp"
 #include "linalg/lapack_solver.hpp"
 #include "linalg/mumps_solver.hpp"
+#include "linalg/numbers.hpp"
 #include "linalg/ordering.hpp"
 
 namespace ipminmax {
@@ -77,7 +78,6 @@ bool vanishes(const SymmetricMatrix& matrix, std::span<const double> u, std::spa
   constexpr double kRounding = 1e-14;
   matrix.multiply(u, product);
   const double left = norm(product);
-  const auto at = [](Index i) { return static_cast<std::size_t>(i); };
   std::ranges::fill(product, 0.0);
   for (Index j = 0; j < matrix.dimension(); ++j) {
     for (Index p = matrix.column_starts()[at(j)]; p < matrix.column_starts()[at(j) + 1]; ++p) {
@@ -98,10 +98,8 @@ AutoSolver::~AutoSolver() = default;
 
 Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   const Index n = matrix.dimension();
-  ldlt_analyzed_ = pivoting_analyzed_ = in_doubt_ = ldlt_in_doubt_ = false;
-  next_ = Next::Pivoting;
-  factors_ = Factors::Pivoting;
-  pairs_ = Pairs::Unmade;
+  ldlt_analyzed_ = pivoting_analyzed_ = false;
+  begin_at_ldlt();
   paired_ = nullptr;
   dense_ = nullptr;
   expected_ = {};
@@ -175,6 +173,9 @@ bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
 void AutoSolver::begin_at_ldlt() {
   next_ = ldlt_analyzed_ ? Next::Ldlt : Next::Pivoting;
   factors_ = ldlt_analyzed_ ? Factors::Ldlt : Factors::Pivoting;
+  pairs_ = Pairs::Unmade;
+  inaccurate_pairs_ = 0;
+  in_doubt_ = ldlt_in_doubt_ = false;
   ldlt_pause_.end();
   pairs_pause_.end();
 }
@@ -258,14 +259,13 @@ bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
   return true;
 }
 
-bool AutoSolver::pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,
-                                  Certainty certainty) {
-  if (result.status != FactorizationStatus::Ok) return false;
-  if (in_doubt_ && result.inertia != expected_) return false;
-  if (certainty == Certainty::Usual) return true;
+bool AutoSolver::is_enough(SymmetricSolver& solver, const SymmetricMatrix& matrix,
+                           const Factorization& result, Certainty certainty) {
   double smaller_gamma = 0.0;
-  return inertia_is_certain(*paired_, matrix, kTestedGammaOfPairs * options_.ldlt_gamma,
-                            kMaxErrorOfPairs, smaller_gamma);
+  return result.status == FactorizationStatus::Ok &&
+         (certainty == Certainty::Usual ||
+          inertia_is_certain(solver, matrix, kTestedGammaOfPairs * options_.ldlt_gamma,
+                             kMaxErrorOfPairs, smaller_gamma));
 }
 
 /// LDL' all the same where the inertia is the expected one and as certain as with pairs: then
@@ -296,12 +296,7 @@ std::optional<Factorization> AutoSolver::factorize_in_doubt(const SymmetricMatri
 std::optional<Factorization> AutoSolver::factorize_definite(const SymmetricMatrix& matrix,
                                                             Certainty certainty) {
   const Factorization result = ldlt_.factorize_with(matrix, kGammaOfPairs * options_.ldlt_gamma);
-  if (result.status != FactorizationStatus::Ok) return std::nullopt;
-  double smaller_gamma = 0.0;
-  const bool enough = certainty == Certainty::Usual ||
-                      inertia_is_certain(ldlt_, matrix, kTestedGammaOfPairs * options_.ldlt_gamma,
-                                         kMaxErrorOfPairs, smaller_gamma);
-  if (!enough) return std::nullopt;
+  if (!is_enough(ldlt_, matrix, result, certainty)) return std::nullopt;
   factors_ = Factors::Definite;
   return result;
 }
@@ -313,8 +308,13 @@ std::optional<Factorization> AutoSolver::factorize_in_pairs(const SymmetricMatri
   for (bool fresh = false; !fresh;) {
     fresh = pairs_ != Pairs::Made;
     if (!has_pairs(matrix)) break;
+    if (paired_->pairs() == inaccurate_pairs_) {
+      next_ = Next::Pivoting;
+      break;
+    }
     const Factorization result = paired_->factorize(matrix);
-    if (pairs_are_enough(matrix, result, certainty)) {
+    const bool may_be_right = !in_doubt_ || result.inertia == expected_;
+    if (may_be_right && is_enough(*paired_, matrix, result, certainty)) {
       pairs_pause_.succeeded();
       factors_ = Factors::Pairs;
       return result;
@@ -396,6 +396,7 @@ SymmetricSolver& AutoSolver::current() {
       return ldlt_;
     case Factors::Pairs:
       return *paired_;
+    case Factors::None:
     case Factors::Pivoting:
       break;
   }
@@ -416,10 +417,16 @@ double AutoSolver::predict_inverse_product_flops(const SparseColumns& b) const {
 }
 
 bool AutoSolver::increase_quality() {
+  if (factors_ == Factors::None) return false;
   ldlt_in_doubt_ = false;
   const Factors last = std::exchange(factors_, Factors::Pivoting);
   if (last == Factors::Ldlt) {
     next_ = std::max(next_, Next::Pairs);
+    return true;
+  }
+  if (last == Factors::Pairs) {  // maybe those of other values
+    inaccurate_pairs_ = paired_->pairs();
+    pairs_ = Pairs::Unmade;
     return true;
   }
   next_ = Next::Pivoting;
@@ -429,7 +436,7 @@ bool AutoSolver::increase_quality() {
 bool AutoSolver::begin_pivoting() {
   const bool changes = ldlt_analyzed_ && !in_doubt_;
   next_ = std::max(next_, Next::Pairs);
-  factors_ = Factors::Pivoting;
+  if (changes) factors_ = Factors::None;
   in_doubt_ = true;
   ldlt_in_doubt_ = ldlt_analyzed_;
   return changes;
@@ -437,8 +444,6 @@ bool AutoSolver::begin_pivoting() {
 
 void AutoSolver::reset_quality() {
   begin_at_ldlt();
-  pairs_ = Pairs::Unmade;
-  in_doubt_ = ldlt_in_doubt_ = false;
   pivoting_->reset_quality();
 }
 

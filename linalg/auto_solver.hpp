@@ -41,7 +41,7 @@ class AutoSolver final : public SymmetricSolver {
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
 
   /// The first call after an LDL' factorization leaves it for that with pivots of two rows, the
-  /// next one LDL' for good.
+  /// next one takes the pairs of the matrix at hand or, if these failed, leaves LDL' for good.
   [[nodiscard]] bool increase_quality() override;
   /// With pivots of two rows where the inertia is that of the signs, which is far from uncertain.
   [[nodiscard]] bool begin_pivoting() override;
@@ -57,8 +57,8 @@ class AutoSolver final : public SymmetricSolver {
   [[nodiscard]] SymmetricSolver& pivoting() const;
   [[nodiscard]] SymmetricSolver& current();
   [[nodiscard]] bool has_pairs(const SymmetricMatrix& matrix);
-  [[nodiscard]] bool pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,
-                                      Certainty certainty);
+  [[nodiscard]] bool is_enough(SymmetricSolver& solver, const SymmetricMatrix& matrix,
+                               const Factorization& result, Certainty certainty);
   [[nodiscard]] std::optional<Factorization> factorize_in_pairs(const SymmetricMatrix& matrix,
                                                                 Certainty certainty);
   [[nodiscard]] std::optional<Factorization> factorize_in_doubt(const SymmetricMatrix& matrix,
@@ -79,6 +79,7 @@ class AutoSolver final : public SymmetricSolver {
   };
   /// Whose factors are at hand.
   enum class Factors : std::uint8_t {
+    None,  ///< since begin_pivoting
     Ldlt,
     Pairs,
     Definite,  ///< LDL' in place of pairs, of a matrix that should be definite
@@ -115,6 +116,7 @@ class AutoSolver final : public SymmetricSolver {
   Next next_ = Next::Pivoting;
   Factors factors_ = Factors::Pivoting;
   Pairs pairs_ = Pairs::Unmade;                      // since the last reset
+  int inaccurate_pairs_ = 0;                         // their number
   bool in_doubt_ = false;                            // begin_pivoting
   bool ldlt_in_doubt_ = false;                       // LDL' may serve there
   Pause ldlt_pause_{0};                              // where its inertia was not certain

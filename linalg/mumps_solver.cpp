@@ -39,10 +39,6 @@ constexpr Index kLeastPercent = 20;
 constexpr double kWorthAsking = 16e6;
 constexpr bool wants_more_workspace(int status) { return status == -8 || status == -9; }
 
-/// Above so many times worthwhile_flops PORD and METIS, each as slow as several factorizations, pay
-/// within a solve.
-constexpr double kWorthComparing = 20.0;
-
 /// Predicted operations of an ordering that has seen values, over those of one that has not, up to
 /// which it is taken at once: the other one will delay pivots where the diagonal has zeros.
 constexpr double kWorthOfValues = 1.5;
@@ -192,13 +188,21 @@ Analysis MumpsSolver::prediction(int status, Ordering ordering) const {
           instance_->rinfog(1)};
 }
 
+/// Best: METIS's ordering where it is known or has the fewest flops, else AMD's.
 Analysis MumpsSolver::analyze_with(Ordering ordering, const SymmetricMatrix& matrix) {
+  if (ordering == Ordering::Best && metis_order_.empty()) {
+    const Analysis amd = analyze_with(Ordering::Amd, matrix);
+    if (amd.ok && amd.flops < kWorthComparing * worthwhile_flops(matrix)) return amd;
+    const Analysis metis = analyze_with(Ordering::Metis, matrix);
+    const bool is_worse = amd.ok && !(metis.ok && metis.flops < amd.flops);
+    return is_worse ? analyze_with(Ordering::Amd, matrix) : metis;
+  }
   if (ordering == Ordering::Pord && !pord_can_order(matrix)) ordering = Ordering::Amd;
-  if (ordering == Ordering::Metis) {
+  if (ordering == Ordering::Metis || ordering == Ordering::Best) {
     if (metis_order_.empty()) metis_order_ = fill_reducing_ordering(matrix, Ordering::Metis);
     std::vector<Index> order = metis_order_;
     for (Index& place : order) ++place;
-    return analyze_given(ordering, std::move(order));
+    return analyze_given(Ordering::Metis, std::move(order));
   }
   order_.clear();
   instance_->icntl(7) = ordering == Ordering::Pord ? kOrderPord : kOrderAmd;
@@ -301,19 +305,6 @@ int MumpsSolver::compare_with_others(const SymmetricMatrix& matrix, int status) 
   return analysis_.ok ? factorize_with_enough_memory() : kOutOfMemory;
 }
 
-/// The ordering with the fewest flops, left as the current analysis of the instance.
-Analysis MumpsSolver::best_analysis(const SymmetricMatrix& matrix) {
-  Analysis best = analyze_with(Ordering::Amd, matrix);
-  if (best.ok && best.flops < kWorthComparing * worthwhile_flops(matrix)) return best;
-  bool best_is_current = true;
-  for (const Ordering candidate : {Ordering::Pord, Ordering::Metis}) {
-    const Analysis analysis = analyze_with(candidate, matrix);
-    best_is_current = analysis.ok && (!best.ok || analysis.flops < best.flops);
-    if (best_is_current) best = analysis;
-  }
-  return best.ok && !best_is_current ? analyze_with(best.ordering, matrix) : best;
-}
-
 Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t>) {
   factorized_ = by_values_ = has_seen_values_ = false;
   expected_flops_ = 0.0;
@@ -331,7 +322,7 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
     make_instance();
     take_pattern(matrix);
     load_pattern();
-    analysis_ = wanted == Ordering::Best ? best_analysis(matrix) : analyze_with(wanted, matrix);
+    analysis_ = analyze_with(wanted, matrix);
     metis_order_ = {};
     return analysis_;
   } catch (const std::bad_alloc&) {

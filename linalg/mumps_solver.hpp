@@ -51,7 +51,6 @@ class MumpsSolver final : public SymmetricSolver {
   Analysis analyze_with(Ordering ordering, const SymmetricMatrix& matrix);
   [[nodiscard]] Analysis prediction(int status, Ordering ordering) const;
   Analysis analyze_given(Ordering name, std::vector<Index> order);
-  Analysis best_analysis(const SymmetricMatrix& matrix);
   [[nodiscard]] int factorize_with_enough_memory(const std::function<bool()>& gives_up = {});
   [[nodiscard]] bool is_stopped() const { return stop_ && stop_(); }
   [[nodiscard]] double factorization_bytes(Index percent) const;

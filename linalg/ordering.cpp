@@ -249,7 +249,8 @@ OrderingChoice choose_ordering(const SymmetricMatrix& matrix, Ordering ordering)
   };
   if (ordering != Ordering::Best) return divided(matrix, measured(ordering));
   OrderingChoice amd = measured(Ordering::Amd);
-  if (amd.size.flops < worthwhile_flops(matrix)) return divided(matrix, std::move(amd));
+  if (amd.size.flops < kWorthComparing * worthwhile_flops(matrix))
+    return divided(matrix, std::move(amd));
   OrderingChoice metis = measured(Ordering::Metis);
   return divided(matrix, std::move(metis.size.flops < amd.size.flops ? metis : amd));
 }

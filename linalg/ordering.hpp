@@ -39,5 +39,7 @@ struct OrderingChoice {
 /// Predicted flops from which several orderings are worth comparing for a matrix of this size:
 /// below, the factorizations of a whole solve cost less than another ordering.
 [[nodiscard]] double worthwhile_flops(const SymmetricMatrix& matrix);
+/// Times that many from which METIS, as slow as several factorizations, pays within a solve.
+inline constexpr double kWorthComparing = 20.0;
 
 }  // namespace ipminmax

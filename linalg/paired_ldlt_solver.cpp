@@ -212,6 +212,7 @@ Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
     Array<bool> left = pairing.left();
     Array<Index> partner = pairing.take_partners();
     if (partner != partner_ || left != left_) {
+      ++pairs_;
       partner_ = std::move(partner);
       left_ = std::move(left);
       order(matrix);

@@ -32,6 +32,8 @@ class PairedLdltSolver final : public SymmetricSolver {
   /// Makes no room for the factor: the first factorization does.
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
                                  std::span<const std::int8_t> signs) override;
+  /// Number of the pairs: as long as it is the same they are.
+  [[nodiscard]] int pairs() const { return pairs_; }
   /// Null: the pairs depend on values.
   [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
@@ -65,6 +67,7 @@ class PairedLdltSolver final : public SymmetricSolver {
   Ordering ordering_;
   double gamma_;
   int threads_;
+  int pairs_ = 0;
   Array<Index> partner_;  ///< of each row of the matrix; itself: none
   Array<bool> left_;      ///< rows with a small diagonal and no partner
   Index nodes_ = 0;

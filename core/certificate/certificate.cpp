@@ -195,10 +195,4 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
   return finding;
 }
 
-Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,
-                const SolverOptions& options, Index factorizations) {
-  CertificateArrays arrays;
-  return certify(canonical, kkt, point, mu, options, factorizations, arrays);
-}
-
 }  // namespace ipminmax

@@ -123,9 +123,5 @@ struct CertificateArrays {
 [[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
                               double mu, const SolverOptions& options, Index factorizations,
                               CertificateArrays& arrays);
-/// The same with arrays of its own.
-[[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
-                              double mu, const SolverOptions& options,
-                              Index factorizations = parameters::kPlenty);
 
 }  // namespace ipminmax

@@ -86,7 +86,7 @@ struct Scaler {
   void spread_by_constraints() {
     Vector& columns = arrays.columns;
     bool found = true;
-    for (int round = 0; found && round < kMany; ++round) {
+    for (int round = 0; found && (d.array() == kUnknown).any() && round < kMany; ++round) {
       set_row_norms();
       columns.setZero(d.size());
       for_each_entry(canonical.jacobian(), evaluation.jacobian,
@@ -111,14 +111,15 @@ struct Scaler {
   /// cut to what they can make up for, or to the variable's own size. Each equation cuts one
   /// length, as it determines one variable.
   void cut_by_equations() {
-    Vector& has_cut = arrays.rows;
-    has_cut.setZero(canonical.constraints());
+    Vector& is_done = arrays.rows;  // or no equation
+    is_done.resize(canonical.constraints());
+    for (Index j = 0; j < is_done.size(); ++j) is_done[j] = canonical.slack_of(j) >= 0;
     bool any = true;
     for (int round = 0; any && round < kMany; ++round) {
       arrays.terms.assign(at(canonical.constraints()), {});
       for_each_entry(canonical.jacobian(), evaluation.jacobian,
                      [&](Index row, Index col, double value) {
-                       if (canonical.slack_of(row) >= 0 || has_cut[row] > 0.0) return;
+                       if (is_done[row] > 0.0) return;
                        auto& [largest, second, variable] = arrays.terms[at(row)];
                        const double term = std::abs(value) * d[col];
                        second = std::max(second, std::min(term, largest));
@@ -132,7 +133,7 @@ struct Scaler {
           continue;
         }
         d[i] = std::min(d[i], std::max(d[i] * second / largest, arrays.size[i]));
-        has_cut[j] = 1.0;
+        is_done[j] = 1.0;
         any = true;
       }
     }
@@ -187,10 +188,9 @@ const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const
 }
 
 VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                 const Evaluation& evaluation, bool by_coupling) {
+                                 const Evaluation& evaluation) {
   ScalingArrays arrays;
-  variable_scaling(canonical, v, evaluation, arrays, by_coupling);
-  return std::move(arrays.scaling);
+  return variable_scaling(canonical, v, evaluation, arrays);
 }
 
 double own_size(const CanonicalProblem& canonical, double v, Index i,

@@ -43,8 +43,7 @@ const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const
                                         const Evaluation& evaluation, ScalingArrays& arrays,
                                         bool by_coupling = false);
 [[nodiscard]] VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                               const Evaluation& evaluation,
-                                               bool by_coupling = false);
+                                               const Evaluation& evaluation);
 
 /// Returns a variable's own size, which does not grow with a shift of its origin: the least of its
 /// value, the width of its box, and the larger of its scaled unit and its distance from the

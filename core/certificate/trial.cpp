@@ -212,7 +212,7 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
     keep(there.hessian, certain.hessian);
     keep(there.jacobian, certain.jacobian);
   }
-  return variable_scaling(c.canonical, z.v, certain, trial.proximal > 0.0);
+  return variable_scaling(c.canonical, z.v, certain, c.arrays.scaling, trial.proximal > 0.0);
 }
 
 void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system) {

@@ -10,7 +10,7 @@ try:
 except ImportError:
     scipy = None
 
-from ipminmax import Constraint, EvaluationError, minimize_minmax
+from ipminmax import Constraint, EvaluationError, minimize_minmax, sets
 
 
 def game(x, y):  # phi(x) = x^2 + 9/4 x^2
@@ -126,6 +126,21 @@ class WithoutDerivatives(unittest.TestCase):
             counted(game), [1.0], [0.3], bounds_y=(-1.0, 1.0),
             constraints=Constraint(counted(lambda x, y: x[0] + y[0]), ub=9.0, player="min"))
         self.assertEqual(result.nfev, calls[0])
+        for given in (sets.Box([-1.0], [1.0]), sets.Discrete([[-1.0], [0.5], [1.0]])):
+            for exact in (False, True):
+                calls[0] = 0
+                result = minimize_minmax(
+                    counted(lambda x, y: -x[0]), [0.0], uncertainty=given, exact=exact,
+                    constraints=Constraint(counted(lambda x, y: x[0] * (2.0 + y[0])), ub=1.0))
+                self.assertEqual(result.nfev, calls[0])
+
+    def test_many_calls_ask_for_derivatives(self):
+        def chain(x, y):
+            return ((x[1:] - x[:-1]) ** 2).sum() + ((x - 1.0) ** 2).sum() + (x * y).sum() - (y * y).sum()
+
+        for n, asks in ((3, False), (40, True)):
+            result = minimize_minmax(chain, np.zeros(n), np.zeros(n))
+            self.assertEqual("jac would save" in result.message, asks, result.nfev)
 
     def test_exceptions_pass_through(self):
         def trouble(x, y):

@@ -42,7 +42,9 @@ class CertifiedPoint {
   Certificate certify() {
     ipminmax::Point point{iterate_, evaluation_, {}};
     renew_dual(canonical_, point);
-    return ipminmax::certify(canonical_, *kkt_, point, kMu, options_).certificate;
+    CertificateArrays arrays;
+    return ipminmax::certify(canonical_, *kkt_, point, kMu, options_, parameters::kPlenty, arrays)
+        .certificate;
   }
 
   /// Factorizations of K and of K_yy so far.

@@ -140,9 +140,9 @@ def complex_step(function: Function, v: Vector) -> Vector:
     moved = v.astype(complex)
     for j in range(v.size):
         moved[j] += 1j * _IMAGINARY
-        columns.append(_of_step(np.atleast_1d(np.asarray(function(moved.copy()))).ravel().imag))
+        columns.append(np.ravel(function(moved.copy())).imag)
         moved[j] = v[j]
-    return np.stack(columns, axis=-1)
+    return _of_step(np.stack(columns, axis=-1))
 
 
 def complex_steps_at_once(function: Function, v: Vector, rows: int) -> Optional[Vector]:

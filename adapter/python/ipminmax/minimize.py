@@ -19,6 +19,10 @@ from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase
 
 
+#: Calls of functions from which on a note says that derivatives would save most of them.
+_CALLS_TO_SAVE = 10_000
+
+
 class _Clock:
     """Limits of time, checked between any two calls of a function: once a millisecond, and clocks that have a
     limit alone. The processor's takes longer to read than some functions."""
@@ -238,6 +242,10 @@ class _Game:
             reads_y[pattern.rows[pattern.cols >= self.nx]] = MAX
             owners.append(reads_y)
         return np.concatenate(owners) if owners else None
+
+    def note_about_calls(self) -> List[str]:
+        return [f"{self.nfev} calls of {' and '.join(self.derivatives)} for differences and complex steps: jac would save "
+                "most of them"] if self.derivatives and self.nfev > _CALLS_TO_SAVE else []
 
     def note_about_owners(self) -> List[str]:
         """Returns a note if an inequality of both players is Max's by default and no constraint is robust."""
@@ -473,7 +481,7 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
     statistics = info["statistics"]
     return MinmaxResult(x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, info["obj_val"]),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
-        message="\n".join(message + game.notes + (game.note_about_owners() if problem else [])), certificate=info["certificate"], worst_case=worst,
+        message="\n".join(message + game.notes + game.note_about_calls() + (game.note_about_owners() if problem else [])), certificate=info["certificate"], worst_case=worst,
         worst_cases=[worst_case(found) for found in info["worst_cases"]],
         proofs=[proof(found) for found in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])

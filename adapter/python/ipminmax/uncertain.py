@@ -211,6 +211,7 @@ class _Model:
     def __init__(self, x0: Vector, bounds_x: Any, given: UncertaintySet, recourse: Optional[Recourse],
                  exact: bool) -> None:
         self.given, self.nx, self.scenarios, self.exact = given, x0.size, range(len(given.origins)), exact
+        self.calls = 0
         self.policy = None if recourse is None else Policy(recourse, *given.bounds())
         self.s0 = to_floats(() if recourse is None else recourse.states, "states of Recourse").ravel()
         self.start, (self.lower, self.upper) = x0, read_bounds(bounds_x, x0.size, "bounds_x")
@@ -277,6 +278,13 @@ class _Model:
             first = u.stop + k * self.s0.size
             found[at[3]:, first:first + self.s0.size] = np.eye(self.s0.size)
         return found, bend
+
+    def counted(self, given: Any) -> Any:
+        """The user's function; its calls are the result's nfev."""
+        def call(*parts: Any) -> Any:
+            self.calls += 1
+            return given(*parts)
+        return call
 
     def function(self, given: Any, name: str, jac: Any = None, hess: Any = None) -> _Function:
         """From a function of the parts, with exact derivatives if it is linear in them."""
@@ -483,7 +491,7 @@ def _add_constraints(model: _Model, constraints: Sequence[Any]) -> List[Row]:
     for i, row in enumerate(rows):
         if row.matrix is not None:
             row.fun = lambda *p, of=row.fun: of(*p[:2])
-        f = model.function(row.fun, row.name, row.jac, row.hess)
+        f = model.function(row.fun if row.matrix is not None else model.counted(row.fun), row.name, row.jac, row.hess)
         row.size = f.value(model.start, model.w0, 0).size
         row.lb, row.ub = row.bounds(row.size)
         if row.player == "max" and len(model.scenarios) > 1:
@@ -502,7 +510,7 @@ def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector
             model.add(None if use is held else number, name, model.function(lambda *p, use=use: p[2][use], name),
                       limits[0][use], limits[1][use])
     if model.s0.size:
-        f = model.function(recourse.equations, "equations of Recourse")
+        f = model.function(model.counted(recourse.equations), "equations of Recourse")
         if f.value(model.start, model.w0, 0).size != model.s0.size:
             raise ValueError(f"equations of Recourse has {f.value(model.start, model.w0, 0).size} values, but there "
                              f"are {model.s0.size} states")
@@ -536,6 +544,7 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
     if not callable(fun):
         raise TypeError(f"fun is {fun!r:.60}, not a function")
     model = _Model(_start(x0, "x0"), bounds_x, given, recourse, exact)
+    fun = model.counted(fun)
     for letter, size in (("x", model.nx), ("y", given.n)):
         if names[letter] is not None and len(names[letter]) != size:
             raise ValueError(f"names_{letter} has {len(names[letter])} entries, not {size}")
@@ -628,7 +637,7 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str
     wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) and not inner.info["interrupted"] else ""
     if wrong:
         values.update(success=False, message=wrong, certificate=Certificate.nothing(wrong))
-    values.update(x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
+    values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
         points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
     return RobustResult(**values, policy=model.policy, uncertainty=given, data=data,
