@@ -28,7 +28,7 @@
 //     wrong.
 //
 //  3. correct_and_test (corrections), the degenerate test: the same at other points, with pivoting.
-//     If a trial does not
+//     If the active set is not clear, the set by z / s alone is tried first. If a trial does not
 //     pass, the first correction of this table that applies changes it:
 //       release_bounds       that the Newton step shows to be inactive
 //       leave_out_rows       that are redundant (dependence)

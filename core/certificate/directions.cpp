@@ -28,7 +28,8 @@ struct DirectionSearch {
   CanonicalProblem& canonical = c.canonical;
   bool inner = owner == Player::Max;
   IndexRange own = inner ? canonical.y() : canonical.x();
-  std::vector<Vector> found{};  ///< scaled, owned parts orthonormal
+  std::vector<Vector> found{};      ///< scaled, owned parts orthonormal
+  std::optional<Vector> descent{};  ///< of a minimization: a step to smaller values
 
   struct Arc {
     bool reached = false;  ///< corrections converged, inside all bounds
@@ -258,7 +259,25 @@ struct DirectionSearch {
     return sum;
   }
 
-  bool is_flat(const Vector& step) {
+  /// At the end of an arc that does not stay at the same value, or on the other side, unless the
+  /// curvature explains most of a rise: then it rises there, too.
+  void look_for_descent(const Vector& step, double along, double bend, const Arc& arc) {
+    const double explained = 0.5 * bend * along * along;
+    if (canonical.y().size() > 0 ||
+        (explained > 0.0 && std::abs(arc.change - explained) <= kConfirmed * explained)) {
+      return;
+    }
+    const auto falls = [&](const Arc& a) {
+      return a.reached && a.change < -kHardly * (std::abs(point.evaluation.f) + along * along);
+    };
+    if (falls(arc)) {
+      descent = along * step;
+    } else if (along > 0.0 && falls(take(step, -along))) {
+      descent = -along * step;
+    }
+  }
+
+  bool is_flat(const Vector& step, double bend) {
     // As far as the start, if that is farther: lengths may be short beside the variables. Bounds
     // that are near leave shorter arcs.
     const double most =
@@ -273,7 +292,10 @@ struct DirectionSearch {
         const Arc arc = take(step, sign * along);
         if (!arc.reached) continue;
         if (arc.moved < kConfirmed * (length(step) * along)) return false;
-        if (!(std::abs(arc.change) <= kConstant * value + rounding + relaxed * along)) return false;
+        if (!(std::abs(arc.change) <= kConstant * value + rounding + relaxed * along)) {
+          look_for_descent(step, sign * along, bend, arc);
+          return false;
+        }
         if (++constant == kEnough) return true;
       }
     }
@@ -314,8 +336,9 @@ struct DirectionSearch {
       const bool none = std::abs(bend) <= kHardly * own_curvature + kRounding * size ||
                         (inner && canonical.x().size() > 0 && bend < 0.0);
       const Vector step = step_along(direction);
-      if ((none || bend <= margin * size) && is_flat(step) && none) continue;
+      if ((none || bend <= margin * size) && is_flat(step, bend) && none) continue;
       flat.verdict = FlatDirections::Verdict::Neither;
+      flat.descent = std::move(descent);
       flat.direction = step;
       break;
     }

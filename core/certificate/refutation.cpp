@@ -23,13 +23,16 @@ bool refute(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
 }
 
 /// Of Min where the inner maximum is strict; of Max where there is no x, else it is a reason alone.
-bool is_flat(TestContext& c, ActiveSetSystem& system, const TrialPoint& trial) {
+/// descent: a step to smaller values, if one was seen.
+bool is_flat(TestContext& c, ActiveSetSystem& system, const TrialPoint& trial,
+             std::optional<WrongCurvature>& descent) {
   const bool inner =
       !c.has_x() ||
       (c.has_y() && !second_order_test(system, trial.error, c.margin(), 0.0, true).inner);
   if (inner && !c.may_factorize(1)) return false;
   const Player player = inner ? Player::Max : Player::Min;
   const FlatDirections found = find_flat_directions(c, system, trial.point, c.margin(), player);
+  if (found.descent) descent = WrongCurvature{Player::Min, *found.descent};
   if (found.verdict == FlatDirections::Verdict::None) return false;
   const bool flat = found.verdict == FlatDirections::Verdict::Flat;
   c.reasons.add_direction(
@@ -79,13 +82,15 @@ SecondOrder judge_without_certificate(TestContext& c, TrialPoint& trial) {
   measure_inertias(c, system, trial);
   c.reasons.add_weakly_active(trial.set);
   SecondOrder verdict = SecondOrder::Undecided;
+  std::optional<WrongCurvature> descent;
   // What is wrong is left whatever that costs.
   if (refute(c, system, trial)) {
     verdict = SecondOrder::Violated;
-  } else if (c.may_factorize(1) && is_flat(c, system, trial)) {
+  } else if (c.may_factorize(1) && is_flat(c, system, trial, descent)) {
     verdict = SecondOrder::Flat;
   }
   explain(c, system, trial);
+  if (descent) trial.wrong = std::move(descent);
   return verdict;
 }
 

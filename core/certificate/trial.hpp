@@ -161,6 +161,9 @@ struct FlatDirections {
   Verdict verdict = Verdict::None;
   /// The first direction that is not flat, or the first one; a step of canonical variables.
   Vector direction;
+  /// A step of Min along which the value clearly falls although there is no curvature; only without
+  /// y.
+  std::optional<Vector> descent{};
 };
 
 /// Finds directions without curvature at a point that is not refuted and has no weakly active

@@ -54,10 +54,34 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
   return true;
 }
 
+bool FirstOrderTest::has_settled(const Iterate& iterate) {
+  constexpr double kGrown = 2.0;  // multipliers; under a large shift they rest as v does
+  const Eigen::VectorXd& v = iterate.v;
+  const double multiplier = iterate.lambda.size() > 0 ? iterate.lambda.cwiseAbs().maxCoeff() : 0.0;
+  const auto moves = [&](IndexRange variables) {
+    const auto part = [&](const Eigen::VectorXd& of) {
+      return of.segment(variables.begin, variables.size()).array();
+    };
+    // Beside a variable that has gone far from its start a step may look like rest.
+    const auto start = part(canonical_.starting_point().v).abs();
+    const auto size = (start > 0.0).select(start, part(v).abs());
+    return ((part(v) - part(settled_at_)).abs() > parameters::kHardly * size).any();
+  };
+  if (settled_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {
+    settled_at_ = v;
+    settled_multiplier_ = multiplier;
+    settled_ = 0;
+  }
+  return ++settled_ > parameters::kPatience && multiplier > kGrown * settled_multiplier_;
+}
+
 std::optional<Status> FirstOrderTest::claim(const Point& point) {
   const double objective = canonical_.unscaled_objective(point.evaluation.f);
   const double last = std::exchange(last_objective_, objective);
-  if (is_met(point)) return Status::Solved;
+  if (is_within_tolerances(point.error, options_) &&
+      (is_balanced(point, options_.tol) || has_settled(point.iterate))) {
+    return Status::Solved;
+  }
   const double change = std::abs(objective - last) / std::max(1.0, std::abs(objective));
   const bool counts = is_acceptable(point) && change <= options_.acceptable_obj_change_tol;
   acceptable_ = counts ? acceptable_ + 1 : 0;

@@ -11,6 +11,11 @@ namespace {
 
 constexpr const char* kToInfinity = "the iterates diverge while the gradient goes to zero";
 
+/// Whether K_yy has a wrong sign, although no direction was found that proves it.
+bool seems_wrong(const Certificate& found) {
+  return found.inner.positive > found.inner_expected.positive;
+}
+
 }  // namespace
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
@@ -28,14 +33,15 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
                    barrier_.mu(), context_.budget.iteration);
 }
 
-SearchOutcome Search::run(StepMethod& method) {
+SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
   for (;; ++context_.budget.iteration) {
     if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
+    drop_idle_multipliers(context_.options.tol);
 
     bool escaped = false;
     if (const auto claim = test_.claim(arrays_.point)) {
       Verdict verdict = judge(*claim);
-      escaped = leave(verdict, method);
+      escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
     if (const auto status = limit_reached()) return ended(*status);
@@ -103,6 +109,7 @@ SearchOutcome Search::after_failed_step() {
   if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point())) {
     arrays_.point = arrays_.best.point();
   }
+  if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
   return ended(*step_.failure, step_.message);
@@ -120,6 +127,23 @@ std::optional<Status> Search::limit_reached() {
   if (runaway_iterations_ > parameters::kPlenty) return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
   return std::nullopt;
+}
+
+void Search::drop_idle_multipliers(double tolerance) {
+  // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
+  const bool minimization = context_.canonical.max_size() == 0 || context_.canonical.is_constant();
+  if (!minimization || arrays_.point.evaluation.c.size() == 0 ||
+      max_norm(arrays_.point.evaluation.gradient) > 0.0 ||
+      max_norm(arrays_.point.evaluation.c) > tolerance ||
+      max_norm(arrays_.point.iterate.lambda) == 0.0) {
+    return;
+  }
+  Iterate& iterate = arrays_.point.iterate;
+  iterate.lambda.setZero();
+  iterate.z_lower = iterate.z_lower.cwiseMin(context_.options.tol);
+  iterate.z_upper = iterate.z_upper.cwiseMin(context_.options.tol);
+  static_cast<void>(evaluate_second_derivatives(context_.canonical, arrays_.point));
+  measure_anew(context_.canonical, context_.options, arrays_.point);
 }
 
 Search::Verdict Search::judge(Status claim) {
@@ -180,14 +204,21 @@ Index Search::reasonable_factorizations_for_test() const {
                   others / parameters::test::kShareOfTests - tests);
 }
 
-bool Search::leave(const Verdict& verdict, StepMethod& method) {
-  if (verdict.status != Status::NotLocalMinmax || context_.budget.is_spent() ||
-      context_.limit.expired()) {
-    return false;
-  }
-  StepReport step =
-      method.escape(arrays_.point, barrier_.mu(), {.wrong = verdict.finding.wrong}, arrays_.next);
+bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
+  if (context_.budget.is_spent() || context_.limit.expired()) return false;
+  // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for
+  // the case that nothing better comes.
+  const Certificate& found = verdict.finding.certificate;
+  if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
+  const bool minimization = context_.canonical.max_size() == 0;
+  const std::optional<WrongCurvature>& wrong = verdict.finding.wrong;
+  const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
+                          (!minimization || wrong) && found.second_order != SecondOrder::Flat &&
+                          (found.inner == found.inner_expected || seems_wrong(found));
+  if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
+  StepReport step = method.escape(arrays_.point, barrier_.mu(), {.wrong = wrong}, arrays_.next);
   if (!step.moved) return false;
+  if (degenerate) kept = ended(Verdict{verdict});
   step_ = std::move(step);
   std::swap(arrays_.point, arrays_.next);
   measure_point();

@@ -36,8 +36,9 @@ class Search {
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
          Observation& observation, const Start& start, SearchArrays& arrays);
 
-  /// Iterates until the search ends.
-  [[nodiscard]] SearchOutcome run(StepMethod& method);
+  /// Iterates until the search ends. kept: a first-order point with an undecided test that was left
+  /// for a better one.
+  [[nodiscard]] SearchOutcome run(StepMethod& method, std::optional<SearchOutcome>& kept);
 
   /// The search as it stands, ended so.
   [[nodiscard]] SearchOutcome ended(Status status, std::string message = {}) const;
@@ -53,10 +54,12 @@ class Search {
   [[nodiscard]] Index factorizations_for_test() const;
   [[nodiscard]] Index reasonable_factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
-  [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method);
+  [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
+                           std::optional<SearchOutcome>& kept);
   [[nodiscard]] std::optional<Status> limit_reached();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
+  void drop_idle_multipliers(double tolerance);
   void measure_point();
 
   MethodContext context_;

@@ -86,7 +86,7 @@ class Solve {
 
     /// Of all searches, with the outcome of the last one.
     [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
-      return better(best, std::move(last));
+      return better(best, better(left, std::move(last)));
     }
 
     KktSystem kkt;
@@ -96,6 +96,7 @@ class Solve {
     OtherStarts others;
     std::optional<BarrierUpdate> barrier;
     std::optional<Search> search;       ///< the last one
+    std::optional<SearchOutcome> left;  ///< by the last one, for a better point
     std::optional<SearchOutcome> best;  ///< of those before
     BestPoint& best_point;              ///< of all
     /// Of the last search, one of them.
@@ -224,7 +225,7 @@ class Solve {
                              start, arrays_.search);
     StepMethod& method = method_for(start, machinery);
     if (auto found = contradiction(*machinery.search)) return std::move(*found);
-    SearchOutcome outcome = machinery.search->run(method);
+    SearchOutcome outcome = machinery.search->run(method, machinery.left);
     if (returns_best(machinery.best_point, outcome)) take_best(machinery.best_point, outcome);
     const bool is_first = start.how == StepKind::None;
     if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
