@@ -10,6 +10,11 @@ namespace {
 /// Curvature below which K_yy counts as merely singular: line 7's theorem does not apply there.
 /// That share of a variable's own curvature is its proximal term.
 constexpr double kSingularShift = 1e-7;
+/// A minimization whose corrections in a row at one mu all shift the multipliers' rows, this many
+/// [R], goes on with a share of that shift, and back. Where s / z of inequalities that leave each
+/// other no room is smaller than all of it, it keeps their multipliers from moving; a share may be
+/// too small for the accuracy of a Jacobian that has dependent rows.
+constexpr Index kStuckCorrections = 12;
 /// Zero does not grow when multiplied, and a denormal number may not. Objectives may be scaled by
 /// 1e-20: what is far less than the rounding of curvature then is no shift, and takes as long to
 /// grow.
@@ -44,6 +49,15 @@ double InertiaCorrection::next_shift(double shift, double last) const {
 double InertiaCorrection::multiplier_shift(double mu) const {
   return options_.jacobian_regularization_value *
          std::pow(mu, options_.jacobian_regularization_exponent);
+}
+
+double InertiaCorrection::outer_multiplier_shift(double mu) {
+  if (kkt_.layout().y.size() > 0) return multiplier_shift(mu);
+  if (mu != stuck_.mu) stuck_ = {.mu = mu, .small_share = stuck_.small_share};
+  if (++stuck_.corrections > kStuckCorrections) {
+    stuck_ = {.mu = mu, .corrections = 1, .small_share = !stuck_.small_share};
+  }
+  return (stuck_.small_share ? parameters::kSlight : 1.0) * multiplier_shift(mu);
 }
 
 KktFactors InertiaCorrection::factorize_unshifted(Matrix which, double mu, const Evaluation& at,
@@ -116,8 +130,13 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Ev
 
 bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Evaluation* at,
                                      bool zero_fails) {
-  if (zero_fails) shift.x = first_shift(last_.x);
-  if (economical() && dependent_x_ >= parameters::kEnough) shift.lambda_x = multiplier_shift(mu);
+  // Where the last first guess was too small, zero is not worth a factorization; minimizations try
+  // it all the same, as Ipopt does.
+  const double first = first_shift(last_.x);
+  const bool sparing = economical() && kkt_.layout().y.size() > 0;
+  if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
+  if (economical() && dependent_x_ >= parameters::kEnough)
+    shift.lambda_x = outer_multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     Factorization f = at && raises == 0 && shift.x == 0.0 && shift.y == 0.0
@@ -136,12 +155,31 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
         (raises >= parameters::kFew && f.inertia.negative < kkt_.layout().expected().negative);
     if (dependent && shift.lambda_x == 0.0 && multiplier_shift(mu) > 0.0 &&
         kkt_.layout().lambda_x.size() > 0) {
-      shift.lambda_x = multiplier_shift(mu);
+      shift.lambda_x = outer_multiplier_shift(mu);
       dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
+      continue;
+    }
+    if (raises >= parameters::kFew && shift.lambda_x > 0.0 &&
+        shift.lambda_x < multiplier_shift(mu)) {
+      shift.lambda_x = multiplier_shift(mu);  // the share is too small for these rows
+      stuck_.small_share = false;
+      shift.x = 0.0;
       continue;
     }
     shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
     if (shift.x > options_.max_hessian_perturbation) return false;
+  }
+  last_.first_x_failed = shift.x > first;
+  if (sparing && last_.x == 0.0 && shift.x > first) {
+    const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
+    // The first shift of a solve grew in large strides: try half of the last one (of its
+    // logarithm).
+    Regularization smaller = shift;
+    smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
+    if (kkt_.has_expected_inertia(factorize(smaller)))
+      shift = smaller;
+    else if (!kkt_.has_expected_inertia(factorize(shift)))
+      return false;
   }
   if (shift.x > 0.0) last_.x = shift.x;
   if (shift.lambda_x == 0.0) dependent_x_ = 0;

@@ -11,6 +11,7 @@ namespace ipminmax {
 
 /// The shifts last used, from which the next ones are guessed.
 struct ShiftMemory {
+  bool first_x_failed = false;  ///< the last first guess of delta_x was too small
   double x = 0.0;
   double raised_x = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double y = 0.0;
@@ -58,6 +59,15 @@ class InertiaCorrection {
   [[nodiscard]] const ShiftMemory& memory() const { return last_; }
   void remember(const ShiftMemory& memory) { last_ = memory; }
 
+  /// Forgets all that earlier corrections have shown.
+  void begin_anew() {
+    last_ = {};
+    failed_y_ = 0.0;
+    findings_ = {};
+    dependent_x_ = 0;
+    stuck_ = {};
+  }
+
   /// Of the last correct.
   [[nodiscard]] const ShiftFindings& findings() const { return findings_; }
 
@@ -83,6 +93,8 @@ class InertiaCorrection {
   [[nodiscard]] double first_shift(double last) const;
   [[nodiscard]] double next_shift(double shift, double last) const;
   [[nodiscard]] double multiplier_shift(double mu) const;
+  /// The same for the rows of lambda_x in a correction that needs it.
+  [[nodiscard]] double outer_multiplier_shift(double mu);
 
   KktSystem& kkt_;
   const SolverOptions& options_;
@@ -93,6 +105,12 @@ class InertiaCorrection {
   double failed_y_ = 0.0;
   ShiftFindings findings_;
   Index dependent_x_ = 0;  ///< corrections in a row: K had zero eigenvalues until delta_l came
+  /// Corrections of a minimization at one mu that needed a shift of the multipliers' rows.
+  struct Stuck {
+    double mu = 0.0;
+    Index corrections = 0;
+    bool small_share = false;
+  } stuck_;
 };
 
 }  // namespace ipminmax
