@@ -352,6 +352,18 @@ TEST(SolveStatus, WhatRoundingLeavesOfAGradientIsNone) {
   EXPECT_LT(result.iterations, 50);
 }
 
+// At x = 0, the only feasible point, no multiplier exists; the iterates stay there.
+TEST(SolveStatus, APointWithoutMultipliersIsASolution) {
+  for (const double unit : {1.0, 1e3}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x"), y = model.variable(kMin, "y");
+    model.objective(x * (1.0 / unit) + square(y));
+    model.constraint(square(x * (1.0 / unit)), 0.0, 0.0);
+    AutodiffProblem problem(model, {unit, 1.0});
+    EXPECT_EQ(solve(problem, {}).status, Status::SolvedDegenerate) << unit;
+  }
+}
+
 TEST(SolveStatus, WithoutShiftsAWrongPointIsNotALocalMinmax) {
   Model model;
   const Expression x = model.variable(kMin, "x");
@@ -504,6 +516,33 @@ TEST(SolveStatus, EveryStatusHasItsOwnName) {
                          Status::MaxIterations, Status::LocallyInfeasible}) {
     EXPECT_FALSE(is_success(s));
   }
+}
+
+// A worst-case design over two scenarios: each pair of inequalities fixes an x2 to within the
+// relaxation of the bounds, so that no interior is left and the pair's multipliers begin at mu over
+// that.
+TEST(Minimization, InequalitiesThatLeaveNoRoomAreSolved) {
+  Model model;
+  const Expression x1 = model.variable(kMin, "x1", 0.0), a = model.variable(kMin, "x2_a"),
+                   b = model.variable(kMin, "x2_b"), worst = model.variable(kMin, "worst"),
+                   rule = model.variable(kMin, "rule"), slope = model.variable(kMin, "slope");
+  model.objective(worst);
+  for (const auto& [x2, q, own] : {std::tuple{a, 1.125, 1.0606601717798212},
+                                   std::tuple{b, 1.9999997791675885, 1.414213484297045}}) {
+    const double square_of_q = q * q;
+    model.constraint(square(x1 - 4.0) + square(x2 - 1.0) - worst, -kNoBound, 0.0);
+    model.constraint(own * x1 - q * x2, -kNoBound, 2.0);
+    model.constraint(-square_of_q * x2, -kNoBound, -square_of_q);
+    model.constraint(square_of_q * x2, -kNoBound, square_of_q);
+    model.constraint(-x2, -kNoBound, 0.0);
+    model.constraint(rule + q * slope - x2, 0.0, 0.0);
+  }
+  AutodiffProblem problem(model, {0.9618589259604294, 0.9999999981512983, 0.9999999981402116,
+                                  99971.06638478952, 0.9999999981461323, 0.0});
+  const Result result = solve(problem, {});
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_NEAR(result.objective, 1.3725829356, 1e-7);
+  EXPECT_LE(result.iterations, 60);  // thousands at the solution else
 }
 
 TEST(WarmStart, FromTheSolutionTakesFewIterations) {
