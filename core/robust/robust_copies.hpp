@@ -34,6 +34,7 @@ class RobustCopies final : public Problem {
     bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
     bool held = false;      ///< y stays at v, what follows from it apart: a scenario
     int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
+    bool joint = false;     ///< Min solves for what follows from the held y together with x
     [[nodiscard]] bool is_of_same(const WorstCase& other) const {
       return constraint == other.constraint && side * other.side >= 0;
     }
@@ -254,22 +255,26 @@ class RobustCopies final : public Problem {
       for (const Index i : scope.variables) {
         const bool idle = std::ranges::binary_search(scope.idle, i);
         const bool held = worst_case.held && !std::ranges::binary_search(scope.followers, i);
-        part.column[at(i)] = copy_variable(i, copy, worst_case, held || idle);
+        const Player owner = worst_case.joint && !held ? Player::Min : Player::Max;
+        part.column[at(i)] = copy_variable(i, copy, worst_case, held || idle, owner);
       }
       if (!worst_case.held || !scope.followers.empty()) {
-        for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy);
+        for (const Index j : scope.constraints) {
+          part.row_of[at(j)] = copy_row(j, copy);
+          if (worst_case.joint) structure_.constraint_players[at(part.row_of[at(j)])] = Player::Min;
+        }
       }
     }
     parts_.push_back(std::move(part));
   }
 
   [[nodiscard]] Index copy_variable(Index i, std::size_t copy, const WorstCase& worst_case,
-                                    bool held) {
+                                    bool held, Player owner) {
     const ProblemStructure& s = model_.structure();
     const double value = worst_case.v[at(i)];
     model_variable_.push_back(i);
     if (!s.variable_units.empty()) structure_.variable_units.push_back(s.variable_units[at(i)]);
-    return add_variable(structure_, Player::Max, held ? value : s.variable_lower[at(i)],
+    return add_variable(structure_, owner, held ? value : s.variable_lower[at(i)],
                         held ? value : s.variable_upper[at(i)],
                         label_of_copy(s.variable_names, s.variable_numbers, i, copy));
   }

@@ -252,6 +252,11 @@ class _Game:
         return [f"{name} reads x and y and restricts y; if x must satisfy it for every y, give it player=\"min\" "
                 "(player=\"max\" silences this note)" for name in coupled[:1]]
 
+    def names_of_rows(self) -> List[str]:
+        """Of constraints that the user named; of one with several values also which value."""
+        return ["" if row.name.startswith("constraints[") else row.name if row.size == 1 else f"{row.name}[{k}]"
+                for row, k in self.places]
+
     # --- Second derivatives
 
     def set_hessian(self, hess: Any, pattern: Any) -> Dict[str, Any]:
@@ -372,7 +377,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
                       game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
-                      np.concatenate([s[1] for s in sides]) if sides else None, players, game.owners(), game.names)
+                      np.concatenate([s[1] for s in sides]) if sides else None, players, game.owners(), game.names, game.names_of_rows())
     of = weakref.ref(problem)
     problem.check_derivatives = False  # here it is done for one function after the other
     if not options.pop("disp", False):
