@@ -42,9 +42,10 @@ bool CallbackTNLP::get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz
 
 bool CallbackTNLP::get_var_con_metadata(Index, StringMetaDataMapType& variable_strings,
                                         IntegerMetaDataMapType&, NumericMetaDataMapType&, Index,
-                                        StringMetaDataMapType&, IntegerMetaDataMapType&,
-                                        NumericMetaDataMapType&) {
+                                        StringMetaDataMapType& constraint_strings,
+                                        IntegerMetaDataMapType&, NumericMetaDataMapType&) {
   if (!variable_names.empty()) variable_strings["idx_names"] = variable_names;
+  if (!constraint_names.empty()) constraint_strings["idx_names"] = constraint_names;
   return true;
 }
 

@@ -54,8 +54,8 @@ class CallbackTNLP : public MinMaxTNLP,
   IpminmaxIntermediate_CB intermediate = nullptr;
   bool needs_hessian = true;  ///< whether an eval_h must know its structure
   double objective_scaling = 1.0;
-  std::vector<double> x_scaling, g_scaling;  ///< n and m, or empty: none
-  std::vector<std::string> variable_names;   ///< n, or empty: none
+  std::vector<double> x_scaling, g_scaling;                   ///< n and m, or empty: none
+  std::vector<std::string> variable_names, constraint_names;  ///< n and m, or empty: none
   void* user_data = nullptr;
   PrimalDualPoint start;   ///< multipliers may be empty unless the start is warm
   PrimalDualPoint answer;  ///< of finalize_solution

@@ -199,9 +199,10 @@ class Problem {
             &boxes_.objective(), &boxes_.constraints()};
   }
 
-  /// Of the variables, for messages.
-  void set_names(std::vector<std::string> names) {
-    problem_->model->variable_names = std::move(names);
+  /// Of variables and constraints, for messages.
+  void set_names(std::vector<std::string> variables, std::vector<std::string> constraints) {
+    problem_->model->variable_names = std::move(variables);
+    problem_->model->constraint_names = std::move(constraints);
   }
 
   /// The same functions for arrays of Interval objects.

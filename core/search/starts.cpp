@@ -77,7 +77,7 @@ std::string OtherStarts::describe() const {
                               ? "minmax_max_restarts allows no more"
                               : "no start is made after " + std::to_string(most_iterations_) +
                                     " iterations; minmax_starts makes more";
-  return std::to_string(drawn_) + points + " failed, too (" + why + ")";
+  return "failed from " + std::to_string(drawn_) + points + ", too (" + why + ")";
 }
 
 }  // namespace ipminmax

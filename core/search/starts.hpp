@@ -42,7 +42,8 @@ class OtherStarts {
   [[nodiscard]] std::optional<Start> next();
   /// Random points drawn.
   [[nodiscard]] Index drawn() const { return drawn_; }
-  /// "3 other starting points failed, too (why no more)".
+  /// "failed from 3 other starting points, too (why no more)": Pyomo takes a line of the log that
+  /// begins with a number for an iteration.
   [[nodiscard]] std::string describe() const;
 
  private:

@@ -97,7 +97,7 @@ TEST(Restarts, AreBoundedWhereNothingIsToBeFound) {
   SolverOptions twice;
   twice.minmax_max_restarts = 1;
   const std::string text = solve(problem, twice).message;
-  EXPECT_NE(text.find("1 other starting point failed, too (minmax_max_restarts allows no more)"),
+  EXPECT_NE(text.find("\nfailed from 1 other starting point, too (minmax_max_restarts allows no more)"),
             std::string::npos)
       << text;
 

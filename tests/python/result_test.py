@@ -63,6 +63,13 @@ class Shape(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "names_x"):
             minimize_minmax(game, [1.0], [0.3], names_x=["a", "b"])
 
+    def test_messages_name_constraints(self):
+        def message(*bounds):
+            return minimize_minmax(lambda x, y: x[0], [0.5], [0.5], bounds_x=(0.0, 1.0), bounds_y=(-1.0, 1.0), constraints=[
+                Constraint(lambda x, y: [x[0], y[0] + 0.3 * y[0] ** 2 + x[0]], *bounds, player="min", name="budget")]).message
+        self.assertRegex(message(-np.inf, [2.0, 0.5]), r"budget\[1\]")
+        self.assertRegex(message([-1.0, 0.5], [2.0, 0.5]), r"budget\[1\]")
+
     def test_the_gap_of_a_game_with_many_answers(self):
         """Two of the minimizer's strategies are the same: no answer is isolated, each is a saddle."""
         payoff = np.array([[0.0, 1.0, -1.0], [-1.0, 0.0, 1.0], [1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])

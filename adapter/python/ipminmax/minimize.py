@@ -353,8 +353,7 @@ def _start(values: Any, name: str) -> Vector:
     return array
 
 
-def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]
-             ) -> Problem:
+def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]) -> Problem:
     functions = types.SimpleNamespace(objective=game.objective, gradient=game.gradient, constraints=game.constraints,
         jacobian=game.jacobian, jacobianstructure=game.jacobianstructure,
         constraint_rows=game.constraint_rows, jacobian_rows=game.jacobian_rows,
@@ -378,14 +377,14 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
         functions.intermediate = game.progress = Progress(
             getattr(functions, "intermediate", None), lambda: of().get_current_iterate())  # type: ignore[union-attr]
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
-    problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
-                      game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
-                      np.concatenate([s[1] for s in sides]) if sides else None, players, game.owners(), game.names)
+    names = ["" if row.name.startswith("constraints[") else row.name if row.size == 1 else f"{row.name}[{k}]"
+             for row, k in game.places]  # those that the user gave
+    problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower, game.box.upper,
+                      *(np.concatenate(side) for side in zip(*sides or [([], [])])), players, game.owners(), game.names, names)
     of = weakref.ref(problem)
     problem.check_derivatives = False  # here it is done for one function after the other
     if not options.pop("disp", False):
-        # What a derivative test that was asked for finds is printed nevertheless.
-        asked = str(options.get("derivative_test", "none")) != "none"
+        asked = str(options.get("derivative_test", "none")) != "none"  # what it finds is printed
         problem.add_option("print_level", 3 if asked else 0)
         problem.add_option("sb", "yes")
     for name, value in options.items():

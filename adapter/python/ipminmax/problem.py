@@ -154,7 +154,7 @@ class Problem:
     players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the maximizer, or one
     string for all; None is a plain minimization, with a warning. constraint_players: m entries, or
     None: a constraint with an entry in a Max variable is Max's. A constraint of Min that reads Max
-    variables is robust: it must hold for every y. names: n names of the variables, for messages.
+    variables is robust: it must hold for every y. names, constraint_names: n and m names for messages.
 
     With the option minmax_worst_case_proof objective and constraints are also called with arrays of
     Interval objects, on which NumPy's operations work. Methods objective_over and constraints_over,
@@ -173,7 +173,7 @@ class Problem:
 
     def __init__(self, n: int, m: int, problem_obj: Any = None, lb: Any = None, ub: Any = None,
                  cl: Any = None, cu: Any = None, players: Any = None,
-                 constraint_players: Any = None, names: Any = None) -> None:
+                 constraint_players: Any = None, names: Any = None, constraint_names: Any = None) -> None:
         n, m = to_count(n, "n"), to_count(m, "m")
         functions = self if problem_obj is None else problem_obj
         methods: Dict[str, Any] = {}
@@ -219,11 +219,11 @@ class Problem:
         self._solver: Optional[_core.Problem] = _core.Problem(
             n, m, methods, variable_lower, variable_upper, lower, upper, self._players,
             None if owners is None else to_players(owners, m, "constraint_players"), *jac, *hess, self._pattern_only)
-        if names is not None:
-            names = [str(name) for name in names]
-            if len(names) != n:
-                raise ValueError(f"names has {len(names)} entries, but there are {n}")
-            self._solver.set_names(names)
+        given = [[str(name) for name in own or ()] for own in (names, constraint_names)]
+        for own, size, what in zip(given, (n, m), ("names", "constraint_names")):
+            if own and len(own) != size:
+                raise ValueError(f"{what} has {len(own)} entries, but there are {size}")
+        self._solver.set_names(*given)
         if self._pattern_only:
             self._solver.add_option("hessian_approximation", "finite-difference-values")
         self._solver.set_over_boxes(*[getattr(functions, name + "_over", methods.get(name))

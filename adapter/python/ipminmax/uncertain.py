@@ -384,16 +384,16 @@ class _Model:
             self.robust[len(self.rows)] = _Rows(
                 number, f.value, [(k, r, 1.0, 0) for k in scenarios for r in range(low.size)], False)
         self.reads_y = self.reads_y or degree > 0
-        self.stack(f, low, up, scenarios, player or "min")
+        self.stack(f, low, up, scenarios, player or "min", name)
 
-    def stack(self, f: _Function, low: Any, up: Any, scenarios: Sequence[int], player: str) -> None:
+    def stack(self, f: _Function, low: Any, up: Any, scenarios: Sequence[int], player: str, name: str) -> None:
         """low <= f <= up in these scenarios, as rows of one constraint."""
         many = len(scenarios)
         self.rows.append(Constraint(
             lambda X, W: np.concatenate([f.value(X, W, k) for k in scenarios]), np.tile(low, many), np.tile(up, many),
             f.jac and (lambda X, W: np.vstack([f.jac(X, W, k) for k in scenarios])),
             f.hess and (lambda X, W, weights: sum(f.hess(X, W, k, w) for k, w in zip(
-                scenarios, weights.reshape(many, -1)))), player))
+                scenarios, weights.reshape(many, -1)))), player, None if name.startswith("constraints[") else name))
 
     def _add_rows(self, fun: Any, low: Vector, up: Vector) -> Any:
         """low <= fun(X) <= up, if fun is linear as a matrix, and no row twice; returns which rows stay."""
@@ -514,7 +514,7 @@ def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector
         if f.value(model.start, model.w0, 0).size != model.s0.size:
             raise ValueError(f"equations of Recourse has {f.value(model.start, model.w0, 0).size} values, but there "
                              f"are {model.s0.size} states")
-        model.stack(f, np.zeros(model.s0.size), np.zeros(model.s0.size), model.scenarios, "max")
+        model.stack(f, *[np.zeros(model.s0.size)] * 2, model.scenarios, "max", "equations of Recourse")
     return limits
 
 
