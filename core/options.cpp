@@ -148,7 +148,7 @@ Rows model_options() {
               {"they are taken out; one more gradient and Jacobian at the end give their "
                "multipliers",
                "they are taken out; their multipliers are zero",
-               "they become free variables, each with an equality constraint of its owner",
+               "they become free variables, each with an equality constraint of the same player",
                "their bounds are moved apart by bound_relax_factor, which must be positive"})},
       {"nlp_scaling_method", category, "How objective and constraints are scaled.",
        choice(&O::nlp_scaling_method, {"none", "gradient-based", "user-scaling"},
@@ -219,8 +219,8 @@ Rows start_options() {
               {"at bound_mult_init_val", "at mu_init over the distance to the bound"})},
       {"constr_mult_init_max", category,
        "Constraint multipliers start at least-squares estimates if none exceeds this. Otherwise, "
-       "and with 0, they start at zero; with bound_mult_init_method mu-based those of "
-       "inequalities then start at the multiplier of their slack's bound.",
+       "and with 0, they start at zero. Exception: with bound_mult_init_method mu-based those of "
+       "inequalities then start at the bound multiplier of their slack.",
        nonnegative(&O::constr_mult_init_max)},
       {"warm_start_init_point", category,
        "Whether multipliers start from values that the model gives.",
@@ -247,8 +247,8 @@ Rows barrier_options() {
       {"mu_init", category, "Barrier parameter at the start (the paper's b).",
        positive(&O::mu_init)},
       {"mu_target", category,
-       "Final barrier parameter: the complementarity error is that of s z = mu_target. If it is "
-       "positive, the certificate is about the barrier problem.",
+       "Final barrier parameter: the complementarity error is the violation of s z = mu_target. If "
+       "it is positive, the certificate is about the barrier problem.",
        nonnegative(&O::mu_target)},
       {"mu_linear_decrease_factor", category,
        "kappa_mu of Ipopt's rule, sigma of the paper's Algorithm 1.",
@@ -327,8 +327,8 @@ Rows method_options() {
               {"every step: the paper's Algorithm 1",
                "filter line search on phi(x), the local maximum over y"})},
       {"minmax_instability", category,
-       "Whether line 7 of Algorithm 1 is used. It prevents the iterates from converging to "
-       "points at which K has the right inertia and K_yy has not.",
+       "Whether the instability rule, line 7 of the paper's Algorithm 1, is used. It keeps the "
+       "iterates from converging to points at which K has the expected inertia and K_yy has not.",
        flag(&O::minmax_instability)},
       {"minmax_warm_start_shifts", category,
        "Whether shifts start from those of the last iteration (Ipopt's rule). no: anew in each "
@@ -365,10 +365,11 @@ Rows multistart_options() {
        positive(&O::minmax_start_radius)},
       {"minmax_worst_case_starts", category,
        "Number of starts of maximizations over y, x held, for f and for each robust constraint. "
-       "If a worse y is found, the solve continues with it. If the answer does not withstand a y "
-       "that was found, it is no success. 0: no search. -1: for each robust constraint 8, and up "
-       "to 100 while they end at different maxima and a maximum not yet found could violate the "
-       "constraint; for f the same with minmax_epigraph, else none.",
+       "If a worse y is found, the solve continues with it. If f is higher, or a robust constraint "
+       "violated, at a y that was found, the answer is no success. 0: no search. -1: 8 for each "
+       "robust constraint. More follow, up to 100, while they end at different maxima and a "
+       "maximum not yet found could violate the constraint; fewer if they agree far from the "
+       "limit. f is treated in the same way with minmax_epigraph, else it is not searched.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
        "Whether branch and bound over y, with outward rounding, proves how large f and each "
@@ -389,7 +390,8 @@ Rows robust_options() {
   return {
       {"minmax_epigraph", category,
        "Whether f is treated as a robust constraint: min t subject to f(x, y) <= t for every y. "
-       "The answer minimizes the largest of the worst cases found, and it may be at a kink.",
+       "The answer minimizes the largest value of f over the worst cases found, and it may be at a "
+       "kink.",
        flag(&O::minmax_epigraph)},
       {"minmax_epigraph_at_kinks", category,
        "Whether a search that ends without a local minmax goes on as with "
@@ -401,7 +403,7 @@ Rows robust_options() {
 Rows shift_options() {
   const std::string_view category = "Hessian and Jacobian Shifts";
   return {
-      {"first_hessian_perturbation", category, "First shift tried.",
+      {"first_hessian_perturbation", category, "First nonzero shift tried in a solve.",
        positive(&O::first_hessian_perturbation)},
       {"min_hessian_perturbation", category, "Smallest shift tried.",
        nonnegative(&O::min_hessian_perturbation)},
@@ -413,10 +415,11 @@ Rows shift_options() {
        from(&O::perturb_inc_fact_first, kLeastGrowth)},
       {"perturb_inc_fact", category, "Factor by which later shifts grow while they are too small.",
        from(&O::perturb_inc_fact, kLeastGrowth)},
-      {"perturb_dec_fact", category, "The first shift tried is this factor times the last one.",
+      {"perturb_dec_fact", category,
+       "Later the first shift tried is this factor times the last one that was used.",
        open(&O::perturb_dec_fact, 0.0, 1.0)},
       {"jacobian_regularization_value", category,
-       "Shift of the multiplier rows when a Jacobian looks rank-deficient.",
+       "Shift of the rows of constraints in K when a Jacobian looks rank-deficient (delta_c).",
        nonnegative(&O::jacobian_regularization_value)},
       {"jacobian_regularization_exponent", category,
        "jacobian_regularization_value is multiplied by mu to this power.",
@@ -489,17 +492,18 @@ Rows certificate_options() {
   return {
       {"minmax_certificate", category,
        "How much the second-order test at a first-order point may cost.",
-       choice(&O::minmax_certificate, {"full", "quick", "none", "proved"},
-              {"the test goes on until the point is certified or refuted. An undecided point "
-               "costs at most 20 factorizations (40 if the matrices are small), or a fifth of "
-               "those of the rest of the solve if that is more",
-               "one factorization of K_yy and one of K. Only points with clear curvature and "
-               "clear active bounds are certified, and clearly wrong ones refuted",
-               "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
-               "and a saddle is not told from a minimum. Refused with Max variables",
-               "as full, and interval arithmetic then proves that a strict local minmax of "
-               "the formulas lies near a certified answer. For models that give their formulas, "
-               "see docs/proof.md"})},
+       choice(
+           &O::minmax_certificate, {"full", "quick", "none", "proved"},
+           {"the test tries to certify or refute the point with at most 20 factorizations (40 if "
+            "the matrices are small), or a fifth of those of the rest of the solve if that is "
+            "more. Else the point is undecided",
+            "one factorization of K_yy and one of K. Only points with clear curvature and "
+            "clear active bounds are certified, and clearly wrong ones refuted",
+            "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
+            "and a saddle is not told from a minimum. Refused with Max variables",
+            "as full, and interval arithmetic then proves that a strict local minmax of "
+            "the formulas lies near a certified answer. For models that give their formulas, "
+            "see docs/proof.md"})},
       {"minmax_curvature_tol", category,
        "Curvature below which the second-order test calls an eigenvalue zero, in "
        "scaled variables: in these the entries of the Hessian are at most 1, so the "

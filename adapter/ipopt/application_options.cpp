@@ -353,7 +353,7 @@ Rows other_rows() {
   return {
       {"minmax_as_printed", category,
        "Whether Algorithm 1 is used as printed in the paper. This changes "
-       "minmax_globalization and a dozen more options that are not set (as_printed in "
+       "the defaults of minmax_globalization and a dozen more options (as_printed in "
        "core/options.hpp).",
        Flag{nullptr, false}},
       {"hsllib", "Linear Solver",

@@ -131,8 +131,9 @@ std::string options_text() {
 std::string options_markdown() {
   std::string text =
       "# Options\n\n"
-      "Names, values and defaults are Ipopt's if the meaning is Ipopt's; own options begin with\n"
-      "`minmax_`. For K and K_yy see [`glossary.md`](glossary.md), for the paper "
+      "Names, values and defaults are Ipopt's if the meaning is Ipopt's. Options that Ipopt does\n"
+      "not have begin with `minmax_`. For K and K_yy see [`glossary.md`](glossary.md), for the "
+      "paper "
       "[`algorithm.md`](algorithm.md).\n"
       "`print_options_documentation yes` prints this list. Set options so:\n\n"
       "| from | how |\n|---|---|\n"

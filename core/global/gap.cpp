@@ -29,8 +29,9 @@ namespace {
 
 /// Random points at which f should look convex and concave, beside the one that is asked about.
 constexpr Index kRandomPoints = 8;
-/// Variables beside whose bounds f is looked at.
-constexpr std::size_t kMostVariables = 50;
+/// Of one player alone, at which the value of f is looked at, and variables that are put at bounds.
+constexpr Index kRandomValues = 50;
+constexpr std::size_t kVariablesAtBounds = 50;
 
 /// Hessian of f, or of a random sum of the constraints, with errors of its rows.
 struct SecondDerivatives {
@@ -99,13 +100,13 @@ std::vector<std::vector<double>> points_of(Player player, const ProblemStructure
                                            const std::vector<double>& v,
                                            const SolverOptions& options) {
   std::vector<std::vector<double>> points;
-  for (Index k = 1; k <= kRandomPoints; ++k) {
+  for (Index k = 1; k <= kRandomValues; ++k) {
     std::vector<double>& point = points.emplace_back(random_start(s, v, k, options));
     for (const auto i : indices(v)) {
       if (s.variable_players[i] != player) point[i] = v[i];
     }
   }
-  for (std::size_t i = 0; i < std::min(v.size(), kMostVariables); ++i) {
+  for (std::size_t i = 0; i < std::min(v.size(), kVariablesAtBounds); ++i) {
     for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
       if (s.variable_players[i] == player && std::abs(bound) < kUnbounded)
         points.emplace_back(v)[i] = bound;

@@ -61,6 +61,14 @@ bool has_inequality(const ProblemStructure& s, const SolverOptions& options) {
   return false;
 }
 
+/// Whether Y may consist of several parts, of which the starts may see a few: Max has constraints
+/// beside the equations by which states follow from variables in boxes.
+bool may_be_disconnected(const ProblemStructure& s, std::size_t boxed, std::size_t free,
+                         const SolverOptions& options) {
+  if (s.constraint_lower.empty()) return false;
+  return has_inequality(s, options) || boxed == 0 || count_equations(s) > free - boxed;
+}
+
 /// Whether so many maximizations ended at few maxima, far from the limit.
 bool is_far(const MaximaOverY& found, double limit) {
   const auto distinct = static_cast<Index>(found.heights().size());
@@ -157,7 +165,9 @@ class MaximizationOverY {
     for (const auto i : indices(s_.variable_lower)) {
       if (s_.variable_lower[i] < s_.variable_upper[i]) free_.push_back(i);
     }
-    is_boxed_ = boxed_variables(s_, options_).size() == free_.size();
+    const std::size_t boxed = boxed_variables(s_, options_).size();
+    is_boxed_ = boxed == free_.size();
+    is_connected_ = !may_be_disconnected(s_, boxed, free_.size(), options_);
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
@@ -179,7 +189,7 @@ class MaximizationOverY {
     const auto may_be_higher = [&] {
       return looks_longer && is_worth_more(found_, *limit_, start);
     };
-    for (; (start < count && !(looks_longer && is_far(found_, *limit_))) ||
+    for (; (start < count && !(looks_longer && is_connected_ && is_far(found_, *limit_))) ||
            (start < kMostStartsOfRows && may_be_higher());
          ++start) {
       std::vector<double> v;
@@ -463,6 +473,7 @@ class MaximizationOverY {
   VariableRanges ranges_;
   std::vector<std::size_t> free_;  ///< variables that are not held
   bool is_boxed_ = false;          ///< these all have two bounds: none of them can run away
+  bool is_connected_ = true;
   SearchStructure structure_;
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away

@@ -516,6 +516,13 @@ TEST(Audit, AGapProvesNothingWhereFIsHigherAtABound) {
   model.objective(square(square(x)) + square(square(y)) * (y - 1.0));
   AutodiffProblem problem(model, {0.3, 0.3});
   EXPECT_FALSE(duality_gap(problem, std::vector{0.0, 0.0}, {}).saddle_point);
+  // A hill of .84 beside y = 0, in a tenth of the box.
+  Model hill;
+  const Expression u = hill.variable(kMin, "u", -1.0, 1.0);
+  const Expression w = hill.variable(kMax, "w", -1.0, 1.0);
+  hill.objective(square(square(u)) - square(square(w)) + 0.9 * exp(-50.0 * square(w - 0.5)));
+  AutodiffProblem with_hill(hill, {0.3, 0.0});
+  EXPECT_FALSE(duality_gap(with_hill, std::vector{0.0, 0.0}, {}).saddle_point);
 }
 
 TEST(Audit, WorstCasesAreThoseOfTheAnswersOwnX) {
@@ -595,6 +602,24 @@ TEST(Audit, AWorstCaseBesideAKnownOneIsAnotherIfItIsHigher) {
   AutodiffProblem problem(model, {0.5 - 1e4, 1e4 + 1e-5});
   const Result result = solve(problem, {});
   EXPECT_TRUE(!is_success(result.status) || result.objective > -2.01) << result.objective;
+}
+
+TEST(Audit, EveryPartOfADisconnectedYIsSearched) {
+  // max x with x + y + .3 x y <= 1 for y = -1 or 1: x = 0.
+  for (const bool boxed : {false, true}) {
+    for (const double start : {-1.0, -0.9, -0.4}) {
+      Model model;
+      const Expression x = model.variable(kMin, "x");
+      const Expression y = boxed ? model.variable(kMax, "y", -1.5, 1.5) : model.variable(kMax, "y");
+      model.objective(-x);
+      model.constraint(square(y), 1.0, 1.0, kMax);
+      model.constraint(x + y + 0.3 * x * y, -kNoBound, 1.0, kMin);
+      AutodiffProblem problem(model, {0.1, start});
+      const Result result = solve(problem, {});
+      EXPECT_TRUE(!is_success(result.status) || result.v[0] < 1e-3)
+          << boxed << ", " << start << ": " << result.v[0];
+    }
+  }
 }
 
 TEST(Audit, ARowThatYDoesNotChangeKeepsItsPlace) {
