@@ -10,6 +10,7 @@
 #include "core/method/filter.hpp"
 #include "core/method/filter_search.hpp"
 #include "core/method/first_multipliers.hpp"
+#include "core/method/globalized_arrays.hpp"
 #include "core/method/outer_block.hpp"
 #include "core/method/parameters.hpp"
 #include "core/method/patience.hpp"
@@ -25,12 +26,13 @@ namespace ipminmax {
 /// The globalized method, docs/algorithm.md: the minimizer descends on phi(x), the local maximum
 /// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
 /// Without Max variables this is Ipopt's filter line search.
-class GlobalizedMethod final : public StepMethod {
+class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
  public:
   /// first: where the search begins.
   GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first,
-                   OuterArrays& arrays)
-      : canonical_(context.canonical),
+                   GlobalizedArrays& arrays)
+      : Kept(&arrays),
+        canonical_(context.canonical),
         kkt_(context.kkt),
         correction_(context.correction),
         options_(context.options),
@@ -38,10 +40,10 @@ class GlobalizedMethod final : public StepMethod {
         budget_(context.budget),
         restorer_(std::move(restorer)),
         patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
-        outer_(context, first, arrays) {
-    outer_.filter.begin_anew(at(std::min(options_.max_iter, parameters::kPlenty)));
-    outer_.filter.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
-    if (!has_max()) outer_.filter.minimize();
+        outer_(context, first, outer_arrays_) {
+    filter_.begin_anew(at(std::min(options_.max_iter, parameters::kPlenty)));
+    filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
+    if (!has_max()) filter_.minimize();
   }
 
   [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override {
@@ -56,7 +58,7 @@ class GlobalizedMethod final : public StepMethod {
                                   Point& to) override {
     const KktSystem::Counting counting(kkt_, FactorizationCause::Curvature);
     Run run{.here = &from, .to = to, .mu = mu};
-    outer_.filter.reset();
+    filter_.reset();
     run.report.kind = StepKind::Escape;
     const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
     if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};
@@ -69,7 +71,7 @@ class GlobalizedMethod final : public StepMethod {
   }
 
   void barrier_changed() override {
-    outer_.filter.reset();
+    filter_.reset();
     patience_.barrier_changed();
     least_residual_ = kInfinity;
     soft_steps_ = 0;
@@ -236,7 +238,7 @@ class GlobalizedMethod final : public StepMethod {
     run.report.kind = StepKind::Newton;
     inner_right_at_ = trial.evaluation.hessian_call;
     move_to_trial(run);
-    outer_.filter.reset();
+    filter_.reset();
     return true;
   }
 
@@ -247,7 +249,7 @@ class GlobalizedMethod final : public StepMethod {
     run.unshifted_step = UnshiftedStep::Unknown;
     if (outcome == InnerMaximizer::Outcome::Maximum) {
       run.here = &run.to;
-      outer_.filter.reset();
+      filter_.reset();
       return true;
     }
     if (limit_.expired()) return fail_by_limit(run);
@@ -295,7 +297,7 @@ class GlobalizedMethod final : public StepMethod {
     if (can_restore(*run.here)) return restore(run);
     if (has_max()) return leap(run);
     // Points of long ago may be all that rejects.
-    outer_.filter.reset();
+    filter_.reset();
     if (search(run, parameters::kHalvings)) return true;
     const Eigen::VectorXd& c = run.here->evaluation.c;
     const bool exactly_feasible = max_norm(c) <= parameters::kSmall * options_.tol;
@@ -309,7 +311,7 @@ class GlobalizedMethod final : public StepMethod {
                     .longest = outer_.longest_step(from, run.mu),
                     .trials = trials};
     line.slope = outer_.slope(from, run.mu);
-    line.smallest = outer_.filter.smallest_step(line.from, line.slope);
+    line.smallest = filter_.smallest_step(line.from, line.slope);
     last_slope_ = std::abs(line.slope);
     if (has_max()) {
       // phi is known along one branch of inner maxima only: no step far out of its neighbourhood.
@@ -318,7 +320,7 @@ class GlobalizedMethod final : public StepMethod {
           std::min(line.longest.primal, longest / std::max(max_norm(outer_.step.v), longest));
     }
     Block block{.owner = *this, .run = run};
-    const SearchEnd end = filter_search(block, outer_.filter, line, limit_);
+    const SearchEnd end = filter_search(block, filter_, line, limit_);
     if (!end.accepted) return false;
     accept(run);
     run.report.alpha_primal = end.alpha.primal;
@@ -378,7 +380,7 @@ class GlobalizedMethod final : public StepMethod {
         continue;
       }
       move_to_trial(run);
-      outer_.filter.reset();
+      filter_.reset();
       run.report.alpha_primal = alpha.primal;
       run.report.alpha_dual = alpha.dual;
       return true;
@@ -392,15 +394,14 @@ class GlobalizedMethod final : public StepMethod {
     if (has_max() && !goes_on(run, patience_.set_back(Setback::Infeasible))) return false;
     // The violation that counts is that of both players: Max constraints are restored with Min's.
     const double start_theta = from.evaluation.c.lpNorm<1>();
-    outer_.filter.add(outer_.estimate(from, run.mu));
+    filter_.add(outer_.estimate(from, run.mu));
     const auto acceptable = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
       const double theta = c.lpNorm<1>();
       // kappa_resto of [WB, 3.3]
       if (theta > parameters::kProgress * start_theta) return false;
       double f = 0.0;
       if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
-      return has_max() ||
-             outer_.filter.acceptable({theta, barrier_objective(canonical_, v, f, run.mu)});
+      return has_max() || filter_.acceptable({theta, barrier_objective(canonical_, v, f, run.mu)});
     };
     const Index granted = budget_.left_to_restore();
     Index left = granted;

@@ -28,7 +28,6 @@ namespace ipminmax {
 /// What an OuterBlock works with, kept from one to the next.
 struct OuterArrays {
   InnerArrays inner_arrays;
-  Filter filter;  ///< of the minimizer
   Point trial;
   InnerDirection direction;        ///< inner Newton step at the current point
   InnerDirection trial_direction;  ///< at the trial point

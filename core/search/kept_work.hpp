@@ -5,7 +5,7 @@
 
 #include "core/kkt/inertia_correction.hpp"
 #include "core/kkt/system.hpp"
-#include "core/method/outer_block.hpp"
+#include "core/method/globalized_arrays.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/result.hpp"
@@ -19,7 +19,7 @@ namespace ipminmax {
 struct SolveArrays {
   CanonicalArrays canonical;
   KktArrays kkt;
-  OuterArrays method;
+  GlobalizedArrays method;
   SearchArrays search;
   ResultArrays result;
 };
