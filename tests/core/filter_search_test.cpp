@@ -26,7 +26,10 @@ class Listed {
   [[nodiscard]] Trial evaluate_corrected(double, double) {
     return {true, corrections_.at(corrected_++)};
   }
+  void passed(bool dominated) { told.push_back(dominated); }
   [[nodiscard]] static bool complete() { return true; }
+
+  std::vector<bool> told;
 
  private:
   std::vector<Merit> trials_, corrections_;
@@ -35,7 +38,7 @@ class Listed {
   Eigen::VectorXd corrected_c_;
 };
 
-TEST(FilterSearch, CorrectsAFirstTrialThatTheFilterOrThePointLeftRejects) {
+TEST(FilterSearch, TellsOfCorrectionsThatFollowARejectionByTheFilter) {
   Budget budget{SolverOptions{}};
   TimeLimit limit(budget);
   const SearchLine line{.from = {1.0, 1.0},
@@ -43,13 +46,17 @@ TEST(FilterSearch, CorrectsAFirstTrialThatTheFilterOrThePointLeftRejects) {
                         .longest = {.primal = 1.0, .dual = 1.0},
                         .smallest = 1e-3,
                         .trials = 10};
-  for (const Merit& rejected : {Merit{1.0, 0.6}, Merit{2.0, 2.0}}) {
+  const auto told = [&](const Merit& first, const Merit& corrected) {
     Filter filter;
     filter.add({0.1, 0.5});
-    Listed block({rejected}, {{0.05, 0.6}});
+    Listed block({first}, {corrected});
     const SearchEnd end = filter_search(block, filter, line, limit);
     EXPECT_TRUE(end.accepted && end.corrected);
-  }
+    return block.told;
+  };
+  const Merit dominated{1.0, 0.6}, no_better{2.0, 2.0}, accepted{0.05, 0.6};
+  EXPECT_EQ(told(dominated, accepted), std::vector<bool>{true});
+  EXPECT_EQ(told(no_better, accepted), std::vector<bool>{false});
 }
 
 }  // namespace
