@@ -49,7 +49,7 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
   const bool armijo = is_armijo(from, slope, alpha);
   const auto change = demanded(armijo, from, slope, alpha, to.theta);
   if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
-  if (!acceptable(to)) return Verdict::Reject;
+  if (!acceptable(to)) return Verdict::Dominated;
   // [WB, eq. (22)]: whatever theta_min, the filter is left alone where (19) and (20) hold.
   const bool falls = minimizes_ && switches(from, slope, alpha) &&
                      at_most(to.phi - from.phi, filter::kGammaPhi * alpha * slope, from.phi);

@@ -14,7 +14,8 @@ namespace ipminmax {
 class Filter {
  public:
   enum class Verdict : unsigned char {
-    Reject,     ///< no sufficient progress from the point left, or a pair of the filter is better
+    Reject,     ///< no sufficient progress from the point left
+    Dominated,  ///< progress from the point left, but a pair of the filter is better
     Armijo,     ///< a step on phi: sufficient decrease of phi, the filter stays as it is
     Sufficient  ///< theta or phi decreased enough; the point left is added to the filter
   };

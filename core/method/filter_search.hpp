@@ -20,10 +20,11 @@ struct Trial {
 /// What a filter search goes along.
 struct SearchLine {
   Merit from{};
-  double slope = 0.0;     ///< of phi along the step
-  StepLength longest{};   ///< first length tried
-  double smallest = 0.0;  ///< last one
-  int trials = 0;         ///< at most
+  double slope = 0.0;        ///< of phi along the step
+  StepLength longest{};      ///< first length tried
+  double smallest = 0.0;     ///< last one
+  int trials = 0;            ///< at most
+  bool first_fails = false;  ///< the first length is known to be rejected
 };
 
 /// How a filter search ended.
@@ -68,17 +69,24 @@ Filter::Verdict correct_to_second_order(Block& block, const Test& test, double s
 ///   correct(c)                    where there are corrections: moves trial() along a corrected
 ///                                 step, its lengths; with from(), trial(), corrected_c()
 ///   evaluate_corrected(slope, a)  the merit there
+///   passed(dominated)             told of a trial point accepted, and whether the filter alone
+///                                 rejected the one before
 ///   complete()                    derivatives at the trial point; false: undefined
 template <class Block>
 SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, TimeLimit& limit) {
   SearchEnd end;
+  bool dominated = false;  // the last trial: by the filter alone
   StepLength alpha = line.longest;
   for (; end.cuts < line.trials && alpha.primal >= line.smallest && !limit.expired();
        ++end.cuts, alpha.primal *= 0.5) {
+    if (end.cuts == 0 && line.first_fails) continue;
     end.alpha = alpha;
     end.corrected = false;
     const auto test = [&](const Merit& to) {
-      return filter.test(line.from, line.slope, alpha.primal, to);
+      const auto verdict = filter.test(line.from, line.slope, alpha.primal, to);
+      if (Filter::accepted(verdict)) block.passed(dominated);
+      dominated = verdict == Filter::Verdict::Dominated;
+      return verdict;
     };
     const Trial trial = block.evaluate(line.slope, alpha);
     auto verdict = Filter::Verdict::Reject;

@@ -2,13 +2,49 @@
 
 #include "core/method/filter.hpp"
 #include "core/method/outer_block.hpp"
+#include "core/method/parameters.hpp"
+#include "core/method/step_method.hpp"
 
 namespace ipminmax {
+
+/// Ipopt's watchdog for minimizations: after shortened steps in a row, full steps that need not
+/// improve on the point they leave, as long as one of the first few improves on the point where it
+/// began.
+struct Watchdog {
+  bool active = false;
+  Index trials = 0;
+  Index shortened_steps = 0;  ///< in a row
+  // Where it began.
+  Point point;
+  Step step;
+  Merit from;
+  double slope = 0.0;
+  double alpha = 1.0;
+  StepReport report;
+
+  // watchdog_shortened_iter_trigger of [Ipopt]
+  [[nodiscard]] bool is_due() const { return active || shortened_steps >= parameters::kPatience; }
+  void count(bool shortened) { shortened_steps = shortened ? shortened_steps + 1 : 0; }
+  /// As a new one; arrays keep their room.
+  void begin_anew() {
+    active = false;
+    trials = shortened_steps = 0;
+    from = {};
+    slope = 0.0;
+    alpha = 1.0;
+    report = {};
+  }
+  void end() {
+    active = false;
+    shortened_steps = 0;
+  }
+};
 
 /// What a GlobalizedMethod works with, kept from one to the next.
 struct GlobalizedArrays {
   OuterArrays outer_arrays_;
   Filter filter_;
+  Watchdog watchdog_;
 };
 
 }  // namespace ipminmax

@@ -41,6 +41,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
         restorer_(std::move(restorer)),
         patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
         outer_(context, first, outer_arrays_) {
+    watchdog_.begin_anew();
     filter_.begin_anew(at(std::min(options_.max_iter, parameters::kPlenty)));
     filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
     if (!has_max()) filter_.minimize();
@@ -72,6 +73,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
 
   void barrier_changed() override {
     filter_.reset();
+    watchdog_.end();
     patience_.barrier_changed();
     least_residual_ = kInfinity;
     soft_steps_ = 0;
@@ -110,6 +112,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     [[nodiscard]] Trial evaluate_corrected(double slope, double alpha) const {
       return owner.outer_.evaluate_trial(run.mu, slope, alpha);
     }
+    void passed(bool dominated) const { owner.count_dominated(dominated); }
     [[nodiscard]] bool complete() const {
       return owner.has_max() ||
              evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
@@ -282,12 +285,18 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   }
 
   [[nodiscard]] bool outer_step(Run& run) {
-    if (!find_outer_step(run)) {
+    // A watchdog's full step may have led to where there is none.
+    const bool found = find_outer_step(run);
+    const bool goes_back = !found && watchdog_.active && !limit_.expired();
+    if (goes_back) return_to_watched(run);
+    if (!found && !goes_back) {
       if (can_restore(*run.here) && !limit_.expired()) return restore(run);
       return fail(run, Status::InertiaCorrectionFailed,
                   "no shift of the Hessian gives the KKT matrix the expected inertia");
     }
-    if (search(run, has_max() ? parameters::kFew : parameters::kHalvings)) return true;
+    const bool is_watched = !has_max() && (goes_back || watchdog_.is_due());
+    if (is_watched && !goes_back && watched_step(run)) return true;
+    if (search(run, has_max() ? parameters::kFew : parameters::kHalvings, is_watched)) return true;
     if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
     return without_line_search(run);
   }
@@ -298,18 +307,70 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     if (has_max()) return leap(run);
     // Points of long ago may be all that rejects.
     filter_.reset();
-    if (search(run, parameters::kHalvings)) return true;
+    if (search(run, parameters::kHalvings, false)) return true;
     const Eigen::VectorXd& c = run.here->evaluation.c;
     const bool exactly_feasible = max_norm(c) <= parameters::kSmall * options_.tol;
     if (restorer_.solve && !exactly_feasible) return restore(run);
     return fail(run, Status::TinyStep, "no acceptable step found");
   }
 
-  [[nodiscard]] bool search(Run& run, int trials) {
+  /// False: an ordinary search is due, from the point and with the step that it went back to.
+  [[nodiscard]] bool watched_step(Run& run) {
+    const Point& from = *run.here;
+    Watchdog& watchdog = watchdog_;
+    if (!watchdog.active) {
+      watchdog.point = from;
+      watchdog.step = outer_.step;
+      watchdog.from = outer_.merit(from, run.mu);
+      watchdog.slope = outer_.slope(from, run.mu);
+      watchdog.report = run.report;
+      watchdog.trials = 0;
+      watchdog.active = true;
+    }
+    const StepLength alpha = outer_.longest_step(from, run.mu);
+    if (watchdog.trials == 0) watchdog.alpha = alpha.primal;
+    Block block{.owner = *this, .run = run};
+    const Trial trial = block.evaluate(watchdog.slope, alpha);
+    const bool defined = trial.usable && block.complete();
+    const auto verdict = filter_.test(watchdog.from, watchdog.slope, watchdog.alpha, trial.merit);
+    const bool improves = defined && Filter::accepted(verdict);
+    // A full step to where the solve would end as diverging is nothing to wait for.
+    const bool may_wait =
+        defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
+    // watchdog_trial_iter_max of [Ipopt]
+    if (improves || (may_wait && ++watchdog.trials <= parameters::kEnough)) {
+      if (improves) {
+        if (verdict == Filter::Verdict::Sufficient) filter_.add(watchdog.from);
+        watchdog.end();
+      }
+      accept(run);
+      run.report.alpha_primal = alpha.primal;
+      run.report.alpha_dual = alpha.dual;
+      run.report.kind = StepKind::Watchdog;
+      return true;
+    }
+    return_to_watched(run);
+    return false;
+  }
+
+  /// To the point where the watchdog began, and the step from there.
+  void return_to_watched(Run& run) {
+    Watchdog& watchdog = watchdog_;
+    watchdog.end();
+    std::swap(run.to, watchdog.point);
+    run.here = &run.to;
+    std::swap(outer_.step, watchdog.step);
+    const Index trials = run.report.trials;
+    run.report = watchdog.report;
+    run.report.trials = trials;
+  }
+
+  [[nodiscard]] bool search(Run& run, int trials, bool first_fails) {
     const Point& from = *run.here;
     SearchLine line{.from = outer_.estimate(from, run.mu),
                     .longest = outer_.longest_step(from, run.mu),
-                    .trials = trials};
+                    .trials = trials,
+                    .first_fails = first_fails};
     line.slope = outer_.slope(from, run.mu);
     line.smallest = filter_.smallest_step(line.from, line.slope);
     last_slope_ = std::abs(line.slope);
@@ -326,6 +387,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     run.report.alpha_primal = end.alpha.primal;
     run.report.alpha_dual = end.alpha.dual;
     if (end.corrected) run.report.kind = StepKind::Corrected;
+    watchdog_.count(end.cuts > 0);
     soft_steps_ = 0;
     return true;
   }
@@ -567,6 +629,15 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     std::swap(outer_.direction, outer_.trial_direction);
   }
 
+  void count_dominated(bool dominated) {
+    if (has_max() || filter_resets_ >= parameters::outer::kFilterResets) return;
+    dominated_steps_ = dominated ? dominated_steps_ + 1 : 0;
+    if (dominated_steps_ < parameters::outer::kFilterResets) return;
+    filter_.reset();
+    ++filter_resets_;
+    dominated_steps_ = 0;
+  }
+
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   InertiaCorrection& correction_;
@@ -584,6 +655,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   int steps_above_least_ = 0;          ///< fast ones in a row
   double last_slope_ = 1e20;
   double fast_contraction_ = 0.0;  ///< of the residual by the last step; 0: that was not full, fast
+  Index dominated_steps_ = 0;      ///< in a row whose last rejection was the filter's
+  Index filter_resets_ = 0;
   Index soft_steps_ = 0;
 };
 

@@ -248,6 +248,7 @@ class InnerMaximizer : Kept<InnerArrays> {
       owner.move(point, step, alpha, mu, trial());
       return merit();
     }
+    static void passed(bool /*dominated*/) {}
     bool complete() const {
       return evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
     }

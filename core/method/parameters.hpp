@@ -36,6 +36,7 @@ constexpr int kSteps = 50;                ///< of one maximization [G]
 namespace outer {
 constexpr double kLongStep = 4.0;  ///< the longest step with Max variables, over 1 + |v| [G]
 constexpr double kSecondOrderDecrease = 0.99;  ///< kappa_soc of [WB, 2.4]
+constexpr Index kFilterResets = 5;  ///< filter_reset_trigger and max_filter_resets of [Ipopt]
 }  // namespace outer
 
 constexpr double kSoftContraction = 0.9999;  ///< soft_resto_pderror_reduction_factor of [Ipopt]

@@ -39,6 +39,7 @@ enum class StepKind : char {
   Joint = 'j',
   Leap = 'l',
   Escape = 'e',
+  Watchdog = 'W',
   Instability = 'i',  ///< line 7 of Algorithm 1 raised delta_x
   NewStart = 'w'
 };

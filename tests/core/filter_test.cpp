@@ -136,9 +136,9 @@ TEST(FilterTest, ThetaMinGrowsWithTheFirstViolation) {
 TEST(FilterTest, RejectsWhatAnEntryDominates) {
   Filter filter;
   filter.add({0.1, 0.0});
-  EXPECT_EQ(filter.test({1.0, 1.0}, -1.0, 1.0, {0.5, 0.5}), Verdict::Reject);
+  EXPECT_EQ(filter.test({1.0, 1.0}, -1.0, 1.0, {0.5, 0.5}), Verdict::Dominated);
   EXPECT_EQ(filter.test({1.0, 1.0}, -1.0, 1.0, {0.05, 0.5}), Verdict::Sufficient);
-  EXPECT_EQ(filter.test({0.0, 5.0}, -1.0, 1.0, {0.2, 1.0}), Verdict::Reject);
+  EXPECT_EQ(filter.test({0.0, 5.0}, -1.0, 1.0, {0.2, 1.0}), Verdict::Dominated);
 }
 
 TEST(FilterTest, RejectsWhatIsNotANumber) {
