@@ -285,20 +285,44 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   }
 
   [[nodiscard]] bool outer_step(Run& run) {
-    // A watchdog's full step may have led to where there is none.
-    const bool found = find_outer_step(run);
-    const bool goes_back = !found && watchdog_.active && !limit_.expired();
-    if (goes_back) return_to_watched(run);
-    if (!found && !goes_back) {
-      if (can_restore(*run.here) && !limit_.expired()) return restore(run);
-      return fail(run, Status::InertiaCorrectionFailed,
-                  "no shift of the Hessian gives the KKT matrix the expected inertia");
+    bool inner_exact = !has_max();
+    for (;;) {
+      // A watchdog's full step may have led to where there is none.
+      const bool found = find_outer_step(run);
+      const bool goes_back = !found && watchdog_.active && !limit_.expired();
+      if (goes_back) return_to_watched(run);
+      if (!found && !goes_back) {
+        if (can_restore(*run.here) && !limit_.expired()) return restore(run);
+        return fail(run, Status::InertiaCorrectionFailed,
+                    "no shift of the Hessian gives the KKT matrix the expected inertia");
+      }
+      const bool is_watched = !has_max() && (goes_back || watchdog_.is_due());
+      if (is_watched && !goes_back && watched_step(run)) return true;
+      const int trials = !has_max()    ? parameters::kHalvings
+                         : inner_exact ? parameters::kPatience
+                                       : parameters::kFew;
+      if (search(run, trials, is_watched)) return true;
+      if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
+      // Rejections may be the fault of phi's estimate: make it exact and search once more.
+      if (inner_exact || outer_.direction.largest_gain() <= parameters::kZero) break;
+      inner_exact = true;
+      if (!exact_inner_maximum(run)) {  // the branch ends before its maximum
+        return limit_.expired() ? fail_by_limit(run) : leap(run);
+      }
     }
-    const bool is_watched = !has_max() && (goes_back || watchdog_.is_due());
-    if (is_watched && !goes_back && watched_step(run)) return true;
-    if (search(run, has_max() ? parameters::kFew : parameters::kHalvings, is_watched)) return true;
-    if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
     return without_line_search(run);
+  }
+
+  [[nodiscard]] bool exact_inner_maximum(Run& run) {
+    outer_.trial = *run.here;
+    if (outer_.inner.maximize(outer_.trial, run.mu, parameters::kZero, parameters::inner::kSteps,
+                              outer_.direction) != InnerMaximizer::Outcome::Maximum) {
+      return false;
+    }
+    move_to_trial(run);
+    run.unshifted_step = UnshiftedStep::Unknown;
+    filter_.reset();
+    return true;
   }
 
   [[nodiscard]] bool without_line_search(Run& run) {
