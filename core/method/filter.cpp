@@ -56,6 +56,23 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
   return falls || armijo ? Verdict::Armijo : Verdict::Sufficient;
 }
 
+double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
+                                  double theta) const {
+  if (!(theta <= theta_max_)) return -kInfinity;
+  const auto forgiving = [](double phi, double size) {
+    return phi + filter::kRounding * kEpsilon * std::abs(size);
+  };
+  const auto change = demanded(is_armijo(from, slope, alpha), from, slope, alpha, theta);
+  double largest =
+      change ? forgiving(from.phi + *change, from.phi) : from.phi + most_increase(from);
+  for (const Entry& entry : entries_) {
+    if (!at_most(theta, entry.theta, entry.theta)) {
+      largest = std::min(largest, forgiving(entry.phi, entry.phi));
+    }
+  }
+  return largest;
+}
+
 bool Filter::acceptable(const Merit& merit) const {
   if (merit.theta > theta_max_) return false;
   return std::all_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {

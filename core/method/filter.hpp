@@ -41,6 +41,10 @@ class Filter {
   /// directional derivative of phi.
   [[nodiscard]] Verdict test(const Merit& from, double slope, double alpha, const Merit& to) const;
 
+  /// The largest phi that test would accept of a point with this theta.
+  [[nodiscard]] double largest_acceptable(const Merit& from, double slope, double alpha,
+                                          double theta) const;
+
   /// Records the point that was left by an accepted step.
   void add(const Merit& from);
 

@@ -65,9 +65,9 @@ Filter::Verdict correct_to_second_order(Block& block, const Test& test, double s
 
 /// Backtracking with a filter, [WB, 2.3], for one player's block: y alone with K_yy, or x through
 /// K. A block has
+///   from(), trial()               the point left, and the one tried
 ///   evaluate(slope, alpha)        moves trial() along the step: its merit
-///   correct(c)                    where there are corrections: moves trial() along a corrected
-///                                 step, its lengths; with from(), trial(), corrected_c()
+///   correct(c)                    moves trial() along a corrected step: its lengths
 ///   evaluate_corrected(slope, a)  the merit there
 ///   passed(dominated)             told of a trial point accepted, and whether the filter alone
 ///                                 rejected the one before
@@ -92,10 +92,10 @@ SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, Ti
     auto verdict = Filter::Verdict::Reject;
     if (trial.usable) {
       verdict = test(trial.merit);
-      if constexpr (requires { block.corrected_c(); }) {
-        const double before = line.from.theta, after = trial.merit.theta;
-        if (!Filter::accepted(verdict) && end.cuts == 0 && after >= before && before + after > 0.0)
-          verdict = correct_to_second_order(block, test, line.slope, alpha.primal, after, end);
+      const double before = line.from.theta, after = trial.merit.theta;
+      if (!Filter::accepted(verdict) && end.cuts == 0 && after >= before && before + after > 0.0) {
+        verdict =
+            correct_to_second_order(block, test, line.slope, alpha.primal, trial.merit.theta, end);
       }
     }
     if (!Filter::accepted(verdict) || !block.complete()) continue;

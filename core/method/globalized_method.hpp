@@ -93,6 +93,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   struct Block {
     GlobalizedMethod& owner;
     Run& run;
+    OuterBlock::Bound bound{};  ///< of merits worth looking at
     // Of a move along a curvature
     double alpha_primal = 0.0;
 
@@ -103,14 +104,14 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     [[nodiscard]] Trial evaluate(double slope, StepLength alpha) const {
       owner.outer_.set_trial(from(), owner.outer_.step, alpha, run.mu);
       ++run.report.trials;
-      return owner.outer_.evaluate_trial(run.mu, slope, alpha.primal);
+      return owner.outer_.evaluate_trial(run.mu, slope, alpha.primal, bound);
     }
     [[nodiscard]] std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
       ++run.report.trials;
       return owner.outer_.correct(from(), run.mu, c);
     }
     [[nodiscard]] Trial evaluate_corrected(double slope, double alpha) const {
-      return owner.outer_.evaluate_trial(run.mu, slope, alpha);
+      return owner.outer_.evaluate_trial(run.mu, slope, alpha, {});
     }
     void passed(bool dominated) const { owner.count_dominated(dominated); }
     [[nodiscard]] bool complete() const {
@@ -129,7 +130,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       ++run.report.trials;
     }
     [[nodiscard]] Trial evaluate_move(double length) const {
-      return owner.outer_.evaluate_trial(run.mu, 1.0, length);
+      return owner.outer_.evaluate_trial(run.mu, 1.0, length, {});
     }
     [[nodiscard]] Trial improve(const Trial& moved) const {
       if (!moved.usable || owner.has_max()) return moved;
@@ -246,13 +247,17 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   }
 
   [[nodiscard]] bool inner_phase(Run& run, double target) {
+    const InnerDirection& direction = outer_.direction;
+    const double estimate =
+        outer_.merit(*run.here, run.mu).phi + (direction.shift.y == 0.0 ? direction.gain : 0.0);
     run.to = *run.here;
-    const auto outcome =
-        outer_.inner.maximize(run.to, run.mu, target, parameters::inner::kSteps, outer_.direction);
+    const auto outcome = outer_.inner.maximize(run.to, run.mu, target, parameters::inner::kSteps,
+                                               kInfinity, outer_.direction);
     run.unshifted_step = UnshiftedStep::Unknown;
     if (outcome == InnerMaximizer::Outcome::Maximum) {
       run.here = &run.to;
       filter_.reset();
+      patience_.watch_branch(estimate, outer_.merit(run.to, run.mu).phi);
       return true;
     }
     if (limit_.expired()) return fail_by_limit(run);
@@ -306,9 +311,11 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       // Rejections may be the fault of phi's estimate: make it exact and search once more.
       if (inner_exact || outer_.direction.largest_gain() <= parameters::kZero) break;
       inner_exact = true;
+      const double estimate = outer_.merit(*run.here, run.mu).phi;
       if (!exact_inner_maximum(run)) {  // the branch ends before its maximum
         return limit_.expired() ? fail_by_limit(run) : leap(run);
       }
+      patience_.watch_branch(estimate, outer_.merit(*run.here, run.mu).phi);
     }
     return without_line_search(run);
   }
@@ -316,7 +323,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
   [[nodiscard]] bool exact_inner_maximum(Run& run) {
     outer_.trial = *run.here;
     if (outer_.inner.maximize(outer_.trial, run.mu, parameters::kZero, parameters::inner::kSteps,
-                              outer_.direction) != InnerMaximizer::Outcome::Maximum) {
+                              kInfinity, outer_.direction) != InnerMaximizer::Outcome::Maximum) {
       return false;
     }
     move_to_trial(run);
@@ -404,7 +411,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       line.longest.primal =
           std::min(line.longest.primal, longest / std::max(max_norm(outer_.step.v), longest));
     }
-    Block block{.owner = *this, .run = run};
+    Block block{.owner = *this, .run = run, .bound = OuterBlock::Bound(filter_, line)};
     const SearchEnd end = filter_search(block, filter_, line, limit_);
     if (!end.accepted) return false;
     accept(run);
@@ -560,7 +567,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       if (!left || !inner.direction(run.to, run.mu, outer_.direction)) return false;
     }
     const auto outcome = inner.maximize(run.to, run.mu, inner_target(run.to, run.mu),
-                                        parameters::inner::kSteps, outer_.direction);
+                                        parameters::inner::kSteps, kInfinity, outer_.direction);
     return outcome == InnerMaximizer::Outcome::Maximum ||
            outcome == InnerMaximizer::Outcome::NotFound;
   }

@@ -57,12 +57,13 @@ struct InnerArrays {
   Eigen::VectorXd gradient_;                 ///< of the value
   Eigen::VectorXd along_;                    ///< direction of leave in y, s_y
   std::vector<std::size_t> robust_entries_;  ///< of the Jacobian: robust constraints in y
+  Eigen::VectorXd corrected_c_;              ///< right-hand side of second-order corrections
   Eigen::VectorXd start_v_;                  ///< where maximize began
 };
 
 /// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
-/// on (violation of the Max constraints, minus value). Robust constraints, which Max tries to
-/// violate, enter the value as lambda_r' c_r with lambda_r held, so that a copy
+/// on (violation of the Max constraints, minus value), second-order correction. Robust constraints,
+/// which Max tries to violate, enter the value as lambda_r' c_r with lambda_r held, so that a copy
 /// of y that belongs to one of them maximizes it whether Min satisfies it or not.
 class InnerMaximizer : Kept<InnerArrays> {
  public:
@@ -79,6 +80,7 @@ class InnerMaximizer : Kept<InnerArrays> {
     for (Step* step : {&rhs_, &correction_step_}) set_zero(canonical, *step);
     gradient_ = start_v_ = rhs_.v;
     along_ = rhs_.v.tail(canonical_.variables() - canonical_.y().begin);
+    corrected_c_ = rhs_.lambda;
     filter_.begin_anew(at(parameters::inner::kSteps));
     robust_entries_.clear();
     if (canonical.robust_constraints().empty()) return;
@@ -92,9 +94,10 @@ class InnerMaximizer : Kept<InnerArrays> {
   }
 
   enum class Outcome : std::uint8_t {
-    Maximum,   ///< in sight, and the gain at most the target
-    NotFound,  ///< no maximum within the allowed steps or the time limit
-    Unbounded  ///< y runs away
+    Maximum,     ///< in sight, and the gain at most the target
+    AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
+    NotFound,    ///< no maximum within the allowed steps or the time limit
+    Unbounded    ///< y runs away
   };
 
   /// Assembles K_yy at the point and factorizes it, shifted as needed, unless that was the last
@@ -125,7 +128,7 @@ class InnerMaximizer : Kept<InnerArrays> {
   /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used
   /// at its beginning where it is_known there.
   [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
-                                 InnerDirection& out) {
+                                 double upper_bound, InnerDirection& out) {
     const KktSystem::Counting counting(kkt_, FactorizationCause::InnerAscent);
     filter_.reset();
     filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
@@ -140,6 +143,10 @@ class InnerMaximizer : Kept<InnerArrays> {
       const bool in_sight = out.shift.y == 0.0;
       if (in_sight && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
         return Outcome::Maximum;
+      }
+      if (theta <= feasible_theta &&
+          barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
+        return Outcome::AboveBound;
       }
       double moved = 0.0;  // in a box nothing runs away
       for (Index i = canonical_.y().begin; i < canonical_.variables(); ++i) {
@@ -188,11 +195,21 @@ class InnerMaximizer : Kept<InnerArrays> {
     const CurvatureMove move{.from = merit(point, mu),
                              .size = 1.0 + tail_norm(point.iterate.v, canonical_.y().begin)};
     trial_.evaluation = point.evaluation;
-    Block block{.owner = *this, .point = point, .mu = mu, .step = correction_step_};
+    Block block{.owner = *this,
+                .point = point,
+                .mu = mu,
+                .step = correction_step_,
+                .factors = kkt_.inner_factors()};
     if (!move_along_curvature(block, move, along_, limit_)) return false;
     std::swap(point, trial_);
     filter_.reset();
     return true;
+  }
+
+  /// Whether the Max constraints hold closely enough to compare values.
+  [[nodiscard]] bool feasible(const Point& point, double mu) const {
+    return violation(point.evaluation.c, canonical_.max_constraints()) <=
+           parameters::kHardly * std::max(1.0, mu);
   }
 
   /// Error of the inner first-order conditions at mu.
@@ -237,8 +254,12 @@ class InnerMaximizer : Kept<InnerArrays> {
     const Point& point;
     double mu;
     const Step& step;
+    const KktFactors& factors;
 
+    const Point& from() const { return point; }
     Point& trial() const { return owner.trial_; }
+    Eigen::VectorXd& corrected_c() const { return owner.corrected_c_; }
+
     Trial merit() const {
       Trial result;
       result.usable = owner.evaluate_merit(trial(), mu, result.merit);
@@ -248,6 +269,18 @@ class InnerMaximizer : Kept<InnerArrays> {
       owner.move(point, step, alpha, mu, trial());
       return merit();
     }
+    std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
+      newton_residual(owner.canonical_, point, mu, owner.rhs_);
+      owner.rhs_.lambda = -c;
+      Step& corrected = owner.correction_step_;
+      if (!owner.kkt_.solve_inner(factors, point.evaluation, owner.rhs_, corrected))
+        return std::nullopt;
+      const StepLength a = largest_step(owner.canonical_, point.iterate, corrected,
+                                        boundary_fraction(mu, owner.options_));
+      owner.move(point, corrected, a, mu, trial());
+      return a;
+    }
+    Trial evaluate_corrected(double /*slope*/, double /*alpha*/) const { return merit(); }
     static void passed(bool /*dominated*/) {}
     bool complete() const {
       return evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
@@ -281,7 +314,7 @@ class InnerMaximizer : Kept<InnerArrays> {
     line.slope = -gradient_.tail(n).dot(d.v.tail(n));
     line.smallest = std::max(filter_.smallest_step(line.from, line.slope), parameters::kConstant);
     trial_.evaluation = point.evaluation;
-    Block block{.owner = *this, .point = point, .mu = mu, .step = d};
+    Block block{.owner = *this, .point = point, .mu = mu, .step = d, .factors = direction.factors};
     if (!filter_search(block, filter_, line, limit_).accepted) return false;
     std::swap(point, trial_);
     canonical_.keep_distances(point.iterate, mu);

@@ -44,6 +44,26 @@ struct OuterArrays {
 /// variables phi is the barrier objective.
 class OuterBlock : public Kept<OuterArrays> {
  public:
+  /// The largest merit phi worth looking at where the violation is theta.
+  class Bound {
+   public:
+    Bound() = default;  ///< none
+    Bound(const Filter& filter, const SearchLine& line) : filter_(&filter), line_(&line) {}
+    double operator()(double alpha, double theta) const {
+      if (filter_ == nullptr) return kInfinity;
+      const Merit& from = line_->from;
+      // The first trial may be worth a second-order correction.
+      const bool correctable = alpha == line_->longest.primal && theta >= from.theta && theta > 0.0;
+      if (!correctable) return filter_->largest_acceptable(from, line_->slope, alpha, theta);
+      // phi above this cannot be accepted when there is no violation to reduce.
+      return from.theta == 0.0 ? from.phi : kInfinity;
+    }
+
+   private:
+    const Filter* filter_ = nullptr;
+    const SearchLine* line_ = nullptr;
+  };
+
   /// first: where the search begins.
   OuterBlock(const MethodContext& context, const Point& first, OuterArrays& arrays)
       : Kept(&arrays),
@@ -154,17 +174,23 @@ class OuterBlock : public Kept<OuterArrays> {
   }
 
   /// Merit of the trial point, its inner maximum first where there are Max variables: it must keep
-  /// one in sight.
-  [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha) {
+  /// one in sight. None where phi is seen to lie above the bound, before K_yy is factorized if the
+  /// value shows it.
+  [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, const Bound& bound) {
     Trial result;
     if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return result;
     if (has_max()) {
+      // phi(x) is at least the value at any feasible y.
+      const Merit least = merit(trial, mu);
+      const double upper_bound = bound(alpha, least.theta);
+      if (inner.feasible(trial, mu) && least.phi > upper_bound) return result;
+      // A trial point must keep a local maximum over y in sight.
       if (evaluate_derivatives(canonical_, trial) != EvaluationStatus::Ok) return result;
       if (!find_trial_direction(mu)) return result;
       const double allowed = tolerated_gain(
           parameters::inner::kSlopeShare * alpha * std::abs(slope), merit(trial, mu).phi);
       if (trial_direction.largest_gain() > allowed &&
-          inner.maximize(trial, mu, allowed, parameters::kFew, trial_direction) !=
+          inner.maximize(trial, mu, allowed, parameters::kFew, upper_bound, trial_direction) !=
               InnerMaximizer::Outcome::Maximum) {
         return result;
       }
@@ -213,7 +239,7 @@ class OuterBlock : public Kept<OuterArrays> {
       const double alpha =
           largest_step(canonical_, before_.iterate, back, parameters::kProgress).primal;
       set_trial(before_, back, {.primal = alpha, .dual = 0.0}, mu);
-      const Trial next = evaluate_trial(mu, 1.0, 1.0);
+      const Trial next = evaluate_trial(mu, 1.0, 1.0, {});
       if (!next.usable || !(next.merit.theta < reached.merit.theta)) break;
       reached = next;
       best_ = trial;

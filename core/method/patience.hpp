@@ -23,10 +23,11 @@ namespace ipminmax {
 
 /// What keeps a search for a local minmax from going on.
 enum class Setback : std::uint8_t {
-  NoMaximum,   ///< no maximum over y in reach of the inner phase
-  NoProgress,  ///< to and fro between branches, or nearly level ground
-  Infeasible,  ///< a restoration was needed
-  NoStep       ///< no step was acceptable
+  NoMaximum,    ///< no maximum over y in reach of the inner phase
+  OtherBranch,  ///< the maximization ended on a higher branch than the one descended on
+  NoProgress,   ///< to and fro between branches, or nearly level ground
+  Infeasible,   ///< a restoration was needed
+  NoStep        ///< no step was acceptable
 };
 
 /// How often each was met.
@@ -39,9 +40,9 @@ class Setbacks {
   /// "no maximum over y was found (3 times), ...", those met, with the Min variables of the last.
   [[nodiscard]] std::string describe(const CanonicalProblem& canonical,
                                      const Eigen::VectorXd& v) const {
-    constexpr std::array<std::string_view, 4> kTexts = {
-        "no maximum over y was found", "x moved to and fro", "the constraints were not met",
-        "no step was acceptable"};
+    constexpr std::array<std::string_view, 5> kTexts = {
+        "no maximum over y was found", "another y became the higher maximum", "x moved to and fro",
+        "the constraints were not met", "no step was acceptable"};
     constexpr Index kShown = 3;  // Min variables
     std::string text;
     for (const auto k : indices(counts_)) {
@@ -58,7 +59,7 @@ class Setbacks {
   }
 
  private:
-  std::array<Index, 4> counts_{};
+  std::array<Index, 5> counts_{};
 };
 
 /// How long a search goes on without success.
@@ -97,6 +98,11 @@ class Patience {
     return set_back(Setback::NoMaximum);
   }
 
+  /// A value found above its estimate is another branch's: the name of the next lack of progress.
+  void watch_branch(double estimate, double found) {
+    jumped_ = jumped_ || found > estimate + parameters::kSlight * (1.0 + std::abs(found));
+  }
+
   /// A setback where neither violation nor value has improved for some steps.
   [[nodiscard]] std::optional<End> check_progress(const Merit& now) {
     // To and fro over a kink of phi, where neither branch leads on.
@@ -105,12 +111,13 @@ class Patience {
     if (better) {
       best_.theta = std::min(best_.theta, now.theta);
       best_.phi = std::min(best_.phi, now.phi);
+      jumped_ = false;
       stale_steps_ = 0;
       return std::nullopt;
     }
     if (++stale_steps_ < parameters::kEnough) return std::nullopt;
     stale_steps_ = 0;
-    return set_back(Setback::NoProgress);
+    return set_back(std::exchange(jumped_, false) ? Setback::OtherBranch : Setback::NoProgress);
   }
 
   [[nodiscard]] const Setbacks& setbacks() const { return setbacks_; }
@@ -121,6 +128,7 @@ class Patience {
   Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
   Merit best_{1e300, 1e300};   ///< least violation and value at this mu
   Index stale_steps_ = 0;      ///< in a row that improved neither
+  bool jumped_ = false;        ///< to another branch since the last progress
 };
 
 }  // namespace ipminmax

@@ -38,6 +38,8 @@ TEST(FilterTest, LimitsHowFarPhiRisesWhereAsked) {
   filter.minimize();
   EXPECT_EQ(filter.test(from, -1.0, 1.0, above), Verdict::Reject);
   EXPECT_EQ(filter.test(from, -1.0, 1.0, below), Verdict::Sufficient);
+  EXPECT_NEAR(filter.largest_acceptable(from, -1.0, 1.0, above.theta), 1e5 * from.phi + from.phi,
+              1.0);
   EXPECT_EQ(filter.test({6.0, -0.1}, -1.0, 1.0, {1e-3, 0.9e6}), Verdict::Sufficient);
   EXPECT_EQ(filter.test({6.0, -0.1}, -1.0, 1.0, {1e-3, 1.1e6}), Verdict::Reject);
 }
@@ -162,6 +164,40 @@ TEST(FilterTest, SmallestStepIsThePapers) {
   EXPECT_DOUBLE_EQ(filter.smallest_step({theta, 0.0}, -1e6),
                    0.05 * std::pow(theta, 1.1) / std::pow(1e6, 2.3));
   EXPECT_EQ(filter.smallest_step({0.0, 0.0}, -1.0), 0.0) << "feasible: never gives up";
+}
+
+TEST(FilterTest, LargestAcceptablePhiIsWhereTheTestChanges) {
+  std::mt19937_64 generator(7);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  int finite = 0, none = 0, free = 0;
+  for (int k = 0; k < 2000; ++k) {
+    Filter filter;
+    const auto theta = [&] {
+      return uniform(generator) < 0.2 ? 0.0 : std::pow(10.0, 12.0 * uniform(generator) - 7.0);
+    };
+    const auto phi = [&] { return 4.0 * uniform(generator) - 2.0; };
+    for (int entries = k % 4; entries > 0; --entries) filter.add({theta(), phi()});
+    const Merit from{theta(), phi()};
+    const double slope = k % 3 == 0 ? uniform(generator) : -uniform(generator);
+    const double alpha = uniform(generator);
+    const double to = theta();
+    const double largest = filter.largest_acceptable(from, slope, alpha, to);
+    const auto accepts = [&](double value) {
+      return Filter::accepted(filter.test(from, slope, alpha, {to, value}));
+    };
+    if (largest == kInf) {
+      ++free;
+      EXPECT_TRUE(accepts(1e30));
+    } else if (largest == -kInf) {
+      ++none;
+      EXPECT_FALSE(accepts(-1e30));
+    } else {
+      ++finite;
+      EXPECT_TRUE(accepts(largest - 1e-12)) << k;
+      EXPECT_FALSE(accepts(largest + 1e-12)) << k;
+    }
+  }
+  EXPECT_GT(std::min({finite, none, free}), 50);
 }
 
 }  // namespace
