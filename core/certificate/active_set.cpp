@@ -43,6 +43,20 @@ bool within_relaxation(const CanonicalProblem& canonical, Index i, int side, dou
   return distance <= 2.0 * relaxation_of(canonical, i, side, options);
 }
 
+void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
+                      const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
+                      ActiveBounds& set) {
+  set.reset(canonical);
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    const double unit = scaling.variable[i];
+    const BoundClass found =
+        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
+    const bool relaxed = within_relaxation(canonical, i, side, distance, options);
+    set.include(i, side,
+                found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
+  });
+}
+
 ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
                                  const ActiveBounds& its_set, const VariableScaling& its_scaling,
                                  const Evaluation& evaluation, ActiveSetArrays* arrays)

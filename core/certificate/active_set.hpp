@@ -63,6 +63,12 @@ struct ActiveBounds {
   }
 };
 
+/// Guesses the active set by z / s, scaled. A Newton step has to confirm it. A bound is weakly
+/// active if the ratio lies between 1 / strict_ratio and strict_ratio. A bound that is no farther
+/// than its relaxation is never inactive.
+void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
+                      const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
+                      ActiveBounds& set);
 /// Whether the distance to the bound is at most its relaxation, so that the model's own bound may
 /// be active.
 [[nodiscard]] bool within_relaxation(const CanonicalProblem& canonical, Index i, int side,

@@ -62,20 +62,30 @@ Look look_at(TestContext& c, TrialPoint& here) {
 
 // --- Corrections ---------------------------------------------------------------------------------
 
-/// At the point given, as the first look left it, or where its solution leads while mu falls.
-/// False: the model is undefined.
-bool begin(TestContext& c, bool follow, TrialPoint& next) {
+/// At the point given, as the first look left it.
+TrialPoint trial_at_given(const TestContext& c) {
   const TrialPoint& first_look = c.arrays.trial;
-  next = {};
-  next.point = c.given;
-  next.mu = first_look.mu;
-  next.set = first_look.set;
-  next.scaling = first_look.scaling;
-  next.inactive = first_look.inactive;
-  if (follow) follow_barrier(c, next);
+  TrialPoint trial;
+  trial.point = c.given;
+  trial.mu = first_look.mu;
+  trial.set = first_look.set;
+  trial.scaling = first_look.scaling;
+  trial.inactive = first_look.inactive;
+  return trial;
+}
+
+/// Second derivatives and scaling that belong to the set. False: the model is undefined.
+bool take_up_set(TestContext& c, TrialPoint& next) {
   if (!drop_inactive_multipliers(c, next)) return false;
   next.scaling = certain_scaling(c, next);
   return true;
+}
+
+/// At the point given, or where its solution leads while mu falls. False: the model is undefined.
+bool begin(TestContext& c, bool follow, TrialPoint& next) {
+  next = trial_at_given(c);
+  if (follow) follow_barrier(c, next);
+  return take_up_set(c, next);
 }
 
 /// A bound of Max that is active only since it was relaxed is weakly active; others are not active.
@@ -230,6 +240,74 @@ SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
   return SecondOrder::Satisfied;
 }
 
+// --- An active set by z / s alone ----------------------------------------------------------------
+
+/// Bounds that the Newton step contradicts change their class, and the next one begins at its end.
+/// False: it leaves the bounds.
+bool change_set(TestContext& c, TrialPoint& here) {
+  Iterate& end = here.newton.end;
+  for (Index i = 0; i < c.canonical.variables(); ++i) {
+    const int side = here.set.side_of(i);
+    if (side == 0) continue;
+    const double distance = here.set.distance(c.canonical, here.point.iterate, i);
+    const double multiplier = here.set.multiplier(here.point.iterate, i);
+    BoundClass& found = here.set.of[at(i)];
+    if (found == BoundClass::Inactive && here.set.distance(c.canonical, end, i) <= 0.0) {
+      end.v[i] = here.point.iterate.v[i] + side * kShareOfWay * distance;
+      found = BoundClass::Active;
+    } else if (found == BoundClass::Active && here.set.multiplier(end, i) <= kTrace * multiplier) {
+      found = BoundClass::Inactive;  // a negative one is kept above zero
+    }
+  }
+  bool inside = true;
+  for_each_bound(c.canonical, end.v,
+                 [&](Index, int, double distance) { inside = inside && distance > 0.0; });
+  here.point.iterate = end;
+  return inside && c.evaluate(here.point) && take_up_set(c, here);
+}
+
+/// Whether bounds are clearly what they were guessed to be: of a weakly active one nothing but
+/// rounding would be left at the end.
+bool guess_holds(const TestContext& c, const TrialPoint& here) {
+  for (Index i = 0; i < c.canonical.variables(); ++i) {
+    if (here.set.side_of(i) == 0 || here.set[i] == BoundClass::WeaklyActive) continue;
+    const auto left = [&](const Iterate& z) {
+      return here.set[i] == BoundClass::Active ? here.set.multiplier(z, i)
+                                               : here.set.distance(c.canonical, z, i);
+    };
+    if (!(left(here.newton.end) >= kTrace * left(c.given.iterate))) return false;
+  }
+  return true;
+}
+
+/// By z / s above or below 1, changed as Newton steps show (a primal-dual active-set method): if
+/// many bounds are nearly weakly active, as on long horizons, mu would have to fall far to tell.
+/// Empty: not all is right with such a set, and nothing is concluded.
+std::optional<TrialPoint> with_guessed_set(TestContext& c) {
+  TrialPoint here = trial_at_given(c);
+  guess_active_set(c.canonical, c.options, c.given.iterate, here.scaling, 1.0, here.set);
+  here.hold_inactive();
+  // Of Max those no farther than what they were relaxed by stay weakly active.
+  if (here.set.weak(c.canonical, Player::Min) > 0 || !take_up_set(c, here)) return {};
+  for (int steps = 0; c.may_factorize(kToConfirm);) {
+    ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
+    settle_active_set(c, here, system);
+    if (!here.newton.released.empty()) {
+      if (!release_bounds(c, here)) return {};
+      continue;
+    }
+    const bool near = here.newton.set_holds &&
+                      is_near(c, here.point.iterate.v, here.newton.end.v, here.scaling, c.far());
+    if (near && here.converges && is_right(c, here, system) &&
+        independent_or_harmless(c, here, system) && guess_holds(c, here) &&
+        reports_solution(c, here)) {
+      return here;
+    }
+    if (!here.newton.done || ++steps > kFew || !change_set(c, here)) break;
+  }
+  return {};
+}
+
 }  // namespace
 
 SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
@@ -242,6 +320,12 @@ SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
   };
   c.kkt.begin_pivoting();
   trial.begin(c.canonical, c.given, c.arrays.trial.mu);
+  if (!is_far && !c.arrays.trial.set.is_strict()) {
+    if (auto guessed = with_guessed_set(c)) {
+      trial = std::move(*guessed);
+      return certified(c, true, trial);
+    }
+  }
   TrialPoint start;
   if (!begin(c, is_far || !c.arrays.trial.set.is_strict(), start)) return undefined();
   const TrialPoint first = start;

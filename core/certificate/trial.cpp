@@ -160,16 +160,8 @@ void TrialPoint::hold_inactive() {
 }
 
 void guess_active_set(const TestContext& c, TrialPoint& trial) {
-  const Iterate& z = trial.point.iterate;
-  trial.set.reset(c.canonical);
-  for_each_bound(c.canonical, z.v, [&](Index i, int side, double distance) {
-    const double unit = trial.scaling.variable[i];
-    const BoundClass found =
-        class_of(multiplier_of(z, i, side) * unit * unit, distance, kStrictRatio);
-    const bool relaxed = within_relaxation(c.canonical, i, side, distance, c.options);
-    trial.set.include(i, side,
-                      found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
-  });
+  guess_active_set(c.canonical, c.options, trial.point.iterate, trial.scaling, kStrictRatio,
+                   trial.set);
   trial.hold_inactive();
 }
 
