@@ -289,14 +289,24 @@ struct ActiveSetNewton {
     });
   }
 
+  /// Equations turn over the Newton step alone, for they have second derivatives; what bounds are
+  /// relaxed by moves inequalities about as far as the trial point.
   void measure_turn() {
+    double share = 0.0;  // the Newton step, with its rounding, over the step that is tried
+    for (Index i = 0; i < work.trial.size(); ++i) {
+      if (!system.is_free(i) || work.trial[i] == 0.0) continue;
+      const double step = std::abs(work.dv[i]) + kRounding * std::abs(iterate.v[i]);
+      share = std::max(share, step / std::abs(work.trial[i]));
+    }
+    share = std::min(share, 1.0);
     Vector &all = work.row_c, &inner = work.second_lambda;
     all.setZero(canonical.constraints());
     inner.setZero(canonical.constraints());
     for (std::size_t k = 0; k < work.there.jacobian.size(); ++k) {
       const auto [row, col] = canonical.jacobian()[k];
       if (!system.counts(row) || system.is_fixed(col)) continue;
-      const double change = scaling.constraint[row] * scaling.variable[col] *
+      const double change = (canonical.slack_of(row) < 0 ? share : 1.0) * scaling.constraint[row] *
+                            scaling.variable[col] *
                             std::abs(work.there.jacobian[k] - evaluation.jacobian[k]);
       all[row] += change;
       if (canonical.max_constraints().contains(row) && canonical.owned_by_max(col))
