@@ -340,7 +340,8 @@ Rows method_options() {
        flag(&O::minmax_pure_newton)},
       {"minmax_max_restarts", category,
        "Number of random starting points that are tried if the search from the model's start "
-       "finds no local minmax, or the model is undefined there. 0: none.",
+       "finds no local minmax, or the model is undefined there. 0: none. Unless this is 0, a "
+       "minimization that is stuck starts again once, with the other mu_strategy.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
        "Whether Min may own a constraint that reads Max variables, which must then hold for "

@@ -18,12 +18,8 @@ class BarrierUpdate {
       : context_(context),
         least_(final_barrier(context.options, context.canonical.objective_scale())),
         mu_(std::max(context.options.mu_init, least_)) {
-    const Complementarity products = complementarity_of(context.canonical, first.iterate);
-    if (context.options.mu_strategy != BarrierStrategy::Adaptive || products.bounds == 0) return;
-    adaptive_.emplace(context.options, least_,
-                      least_adaptive_barrier(context.options, context.canonical.objective_scale()),
-                      products.average);
-    rhs_ = step_ = affine_ = zero_step(context.canonical);
+    if (context.options.mu_strategy == BarrierStrategy::Adaptive)
+      static_cast<void>(change_rule(first));
   }
 
   [[nodiscard]] double mu() const { return mu_; }
@@ -56,6 +52,22 @@ class BarrierUpdate {
   void begin_anew() {
     mu_ = std::max(context_.options.mu_init, least_);
     forget_progress();
+  }
+
+  /// The other mu_strategy from this point on. False: without bounds there is none.
+  [[nodiscard]] bool change_rule(const Point& point) {
+    const Complementarity products = complementarity_of(context_.canonical, point.iterate);
+    if (products.bounds == 0) return false;
+    if (adaptive_) {
+      adaptive_.reset();
+      return true;
+    }
+    adaptive_.emplace(
+        context_.options, least_,
+        least_adaptive_barrier(context_.options, context_.canonical.objective_scale()),
+        products.average);
+    rhs_ = step_ = affine_ = zero_step(context_.canonical);
+    return true;
   }
 
   /// The iterates have moved elsewhere: earlier ones no longer compare.

@@ -44,7 +44,7 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
-    if (const auto status = limit_reached()) return ended(*status);
+    if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
     if (deadline_ && context_.budget.iteration >= deadline_->iteration)
       return ended(deadline_->status);
@@ -70,6 +70,25 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .iterations = context_.budget.iteration};
   outcome.point = arrays_.point;
   return outcome;
+}
+
+/// Without a solution. Unless it diverges, a minimization ends at a point that met the tolerances
+/// and was refused, if there is one.
+SearchOutcome Search::given_up(Status status, std::string message) {
+  if (arrays_.best.rank().is_unmet ||
+      !(arrays_.best.point().error.total <= context_.options.acceptable_tol) ||
+      purpose_ != Purpose::Solution || stopped_from_outside(status) ||
+      status == Status::OuterUnbounded || status == Status::DivergingIterates) {
+    return ended(status, std::move(message));
+  }
+  arrays_.point = arrays_.best.point();
+  Verdict verdict = judge(Status::SolvedToAcceptableLevel);
+  if (verdict.message.empty()) {
+    verdict.message = std::string(name_of(verdict.status)) +
+                      ": the scaled tolerances are met, but the gradient of the Lagrangian is not "
+                      "small beside its terms";
+  }
+  return ended(std::move(verdict));
 }
 
 SearchOutcome Search::ended(Verdict&& verdict) const {
@@ -112,7 +131,7 @@ SearchOutcome Search::after_failed_step() {
   if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
-  return ended(*step_.failure, step_.message);
+  return given_up(*step_.failure, step_.message);
 }
 
 std::optional<Status> Search::limit_reached() {

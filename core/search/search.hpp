@@ -56,6 +56,7 @@ class Search {
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
                            std::optional<SearchOutcome>& kept);
+  [[nodiscard]] SearchOutcome given_up(Status status, std::string message = {});
   [[nodiscard]] std::optional<Status> limit_reached();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();

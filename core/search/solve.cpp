@@ -95,6 +95,7 @@ class Solve {
     Observation observation;
     OtherStarts others;
     std::optional<BarrierUpdate> barrier;
+    bool rule_changed = false;          ///< a minimization's barrier, from one search to the next
     std::optional<Search> search;       ///< the last one
     std::optional<SearchOutcome> left;  ///< by the last one, for a better point
     std::optional<SearchOutcome> best;  ///< of those before
@@ -234,9 +235,47 @@ class Solve {
     return outcome;
   }
 
-  std::optional<Start> next_start(Machinery& machinery) {
-    if (canonical_.max_size() == 0 || !makes_new_starts(options_) || budget_.is_spent())
+  /// Whether a search that is stuck is followed by one with the other mu_strategy.
+  bool may_change_rule() const {
+    const bool has_bounds =
+        !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
+    return canonical_.max_size() == 0 && has_bounds && purpose_ == Purpose::Solution &&
+           has_line_search() && makes_new_starts(options_);
+  }
+
+  /// A minimization that is stuck: once more from the model's start.
+  std::optional<Start> start_with_other_rule(Machinery& machinery) {
+    const Status status = machinery.best->status;
+    const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed ||
+                       status == Status::InertiaCorrectionFailed ||
+                       status == Status::NotLocalMinmax;
+    if (!stuck || machinery.rule_changed || !may_change_rule() || budget_.is_spent()) {
       return std::nullopt;
+    }
+    SolverOptions cold = options_;
+    cold.warm_start_init_point = false;
+    Start start;
+    start.how = StepKind::NewStart;
+    begin_at(canonical_, canonical_.starting_point(), start.point);
+    machinery.correction.begin_anew();
+    machinery.kkt.reset_quality();
+    std::string unused;
+    if (evaluate_start(machinery.context, cold, start.point, unused) ||
+        !machinery.barrier->change_rule(start.point)) {
+      return std::nullopt;
+    }
+    machinery.rule_changed = true;
+    machinery.observation.say(
+        std::string("no solution from here; trying again with mu_strategy ") +
+        (options_.mu_strategy == BarrierStrategy::Adaptive ? "monotone" : "adaptive"));
+    machinery.barrier->begin_anew();
+    ++budget_.iteration;
+    return start;
+  }
+
+  std::optional<Start> next_start(Machinery& machinery) {
+    if (canonical_.max_size() == 0) return start_with_other_rule(machinery);
+    if (!makes_new_starts(options_) || budget_.is_spent()) return std::nullopt;
     auto next = machinery.others.next();
     if (!next) return std::nullopt;
     machinery.observation.say("no local minmax found from here; new start " +
