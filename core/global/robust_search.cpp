@@ -280,7 +280,6 @@ class RobustSearch {
   std::optional<std::vector<MaximaOverY>> rounds(Y y) {
     const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
     const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
-    for (RobustCopies::WorstCase& one : place_.worst_cases) one.joint = one.joint && coarse;
     for (Index round = 1;; ++round) {
       const Solved solved = solve_worst_cases(held || restarts_);
       const auto& [copies, result] = solved;
@@ -370,9 +369,8 @@ class RobustSearch {
   /// is held where it is: y's own error is of second order there. Whether there were any.
   bool add_violated(const std::vector<MaximaOverY>& scans, double tolerance, bool held) {
     bool any = false;
-    const auto add = [&](RobustCopies::WorstCase one, bool holds, bool joint) {
+    const auto add = [&](RobustCopies::WorstCase one, bool holds) {
       one.held = holds;
-      one.joint = joint;
       place_.worst_cases.push_back(std::move(one));
       any = true;
     };
@@ -390,14 +388,13 @@ class RobustSearch {
         };
         const bool known = std::ranges::any_of(place_.worst_cases, is_known);
         if (known && (held || !can_hold)) continue;
-        add(side.at_y(v), can_hold && (held || known || side.excess(k) < kCoarse),
-            held && tolerance == kCoarse);
+        add(side.at_y(v), can_hold && (held || known || side.excess(k) < kCoarse));
       }
       // More than there are corners of three variables are the same ones again.
       for (const auto& corner : side.valueless_corners) {
         if (!held || corners_added_ >= (1U << kMostHeld)) break;
         ++corners_added_;
-        add(side.at_y(corner), can_hold, false);
+        add(side.at_y(corner), can_hold);
       }
     }
     return any;

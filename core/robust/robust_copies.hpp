@@ -34,8 +34,6 @@ class RobustCopies final : public Problem {
     bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
     bool held = false;      ///< y stays at v, what follows from it apart: a scenario
     int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
-    bool joint = false;     ///< Min solves for what follows from the held y together with x
-    [[nodiscard]] Player followers_owner() const { return joint ? Player::Min : Player::Max; }
     [[nodiscard]] bool is_of_same(const WorstCase& other) const {
       return constraint == other.constraint && side * other.side >= 0;
     }
@@ -246,9 +244,8 @@ class RobustCopies final : public Problem {
     part.column.resize(v_.size());
     std::iota(part.column.begin(), part.column.end(), 0);
     part.row_of.assign(g_.size(), -1);
-    part.row = std::ranges::any_of(parts_, same_row)
-                   ? copy_row(worst_case.constraint, copy, Player::Min)
-                   : worst_case.constraint;
+    part.row = std::ranges::any_of(parts_, same_row) ? copy_row(worst_case.constraint, copy)
+                                                     : worst_case.constraint;
     part.row_of[at(worst_case.constraint)] = part.row;
     if (worst_case.side > 0) structure_.constraint_lower[at(part.row)] = -kInfinity;
     if (worst_case.side < 0) structure_.constraint_upper[at(part.row)] = kInfinity;
@@ -260,8 +257,7 @@ class RobustCopies final : public Problem {
         part.column[at(i)] = copy_variable(i, copy, worst_case, held || idle);
       }
       if (!worst_case.held || !scope.followers.empty()) {
-        for (const Index j : scope.constraints)
-          part.row_of[at(j)] = copy_row(j, copy, worst_case.followers_owner());
+        for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy);
       }
     }
     parts_.push_back(std::move(part));
@@ -273,16 +269,16 @@ class RobustCopies final : public Problem {
     const double value = worst_case.v[at(i)];
     model_variable_.push_back(i);
     if (!s.variable_units.empty()) structure_.variable_units.push_back(s.variable_units[at(i)]);
-    return add_variable(structure_, held ? Player::Max : worst_case.followers_owner(),
-                        held ? value : s.variable_lower[at(i)],
+    return add_variable(structure_, Player::Max, held ? value : s.variable_lower[at(i)],
                         held ? value : s.variable_upper[at(i)],
                         label_of_copy(s.variable_names, s.variable_numbers, i, copy));
   }
 
-  [[nodiscard]] Index copy_row(Index j, std::size_t copy, Player owner) {
+  [[nodiscard]] Index copy_row(Index j, std::size_t copy) {
     const ProblemStructure& s = model_.structure();
     model_row_.push_back(j);
-    return add_constraint(structure_, owner, s.constraint_lower[at(j)], s.constraint_upper[at(j)],
+    return add_constraint(structure_, s.constraint_players[at(j)], s.constraint_lower[at(j)],
+                          s.constraint_upper[at(j)],
                           label_of_copy(s.constraint_names, s.constraint_numbers, j, copy));
   }
 

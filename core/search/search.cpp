@@ -44,6 +44,10 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
+    // For a balanced point as long again as to the first that met the tolerances.
+    if (met_at_ < 0 && !arrays_.best.rank().is_unmet) met_at_ = context_.budget.iteration;
+    if (met_at_ >= 0 && context_.budget.iteration > 2 * met_at_ + parameters::kPlenty)
+      return given_up(Status::MaxIterations);
     if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
     if (deadline_ && context_.budget.iteration >= deadline_->iteration)

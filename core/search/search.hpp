@@ -72,6 +72,7 @@ class Search {
   StepReport step_;  ///< that led to arrays_.point, or failed there
   std::optional<Deadline> deadline_;
   Index runaway_iterations_ = 0;  ///< in a row
+  Index met_at_ = -1;             ///< the first iteration that met the tolerances
 };
 
 }  // namespace ipminmax

@@ -11,7 +11,6 @@
 
 #include "core/answer.hpp"
 #include "core/robust.hpp"
-#include "core/robust/robust_copies.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -708,29 +707,6 @@ TEST(RobustConstraint, WhatFReadsElsewhereIsNotOverlooked) {
     worst = std::max(worst, f);
   }
   EXPECT_NEAR(result.objective, worst, 1e-6) << result.message;
-}
-
-TEST(RobustCopies, MinSolvesForTheStatesOfAHeldWorstCase) {
-  // No choice is left to Max once y is held: s = x y is then an equation beside x.
-  Model model;
-  const Expression x = model.variable(kMin, "x");
-  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
-  const Expression s = model.variable(kMax, "s");
-  model.objective(-x);
-  model.constraint(s - x * y, 0.0, 0.0, kMax);
-  model.constraint(s, -kNoBound, 4.0, kMin);
-  AutodiffProblem problem(model, {0.5, 0.1, 0.0});
-  Budget budget{SolverOptions{}};
-  const std::vector<double> v{0.5, 1.0, 0.5};
-  for (const bool joint : {false, true}) {
-    const RobustCopies copies(problem, {{1, v, true, true, 0, joint}}, {false, false, false},
-                              budget);
-    const ProblemStructure& structure = copies.structure();
-    const Player owner = joint ? kMin : kMax;
-    EXPECT_EQ(structure.variable_players[static_cast<std::size_t>(copies.variable(0, 1))], kMax);
-    EXPECT_EQ(structure.variable_players[static_cast<std::size_t>(copies.variable(0, 2))], owner);
-    EXPECT_EQ(structure.constraint_players.back(), owner);
-  }
 }
 
 }  // namespace

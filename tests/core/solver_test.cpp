@@ -338,6 +338,21 @@ TEST(SolveStatus, TheScalingOfFDoesNotHideAGradient) {
   }
 }
 
+// Where a search ends before it is balanced, the point that met the scaled tolerances is returned.
+TEST(SolveStatus, APointThatMeetsTheScaledTolerancesIsKept) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, kNoBound), y = model.variable(kMin, "y");
+  model.objective(x + 1e-3 / x);
+  model.constraint(x + square(y), 2.0, 2.0);
+  AutodiffProblem problem(model, {1e-4, 1.0});
+  SolverOptions options;
+  options.max_iter = solve(problem, options).iterations - 1;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::SolvedToAcceptableLevel) << result.message;
+  EXPECT_NEAR(result.objective, 2.0 * std::sqrt(1e-3), 1e-6);
+  EXPECT_NE(result.message.find("scaled tolerances"), std::string::npos) << result.message;
+}
+
 // The rounding of x, 1e4, leaves a gradient along p + q that nothing balances.
 TEST(SolveStatus, WhatRoundingLeavesOfAGradientIsNone) {
   Model model;
