@@ -20,7 +20,7 @@ bool barrier_newton_step(TestContext& c, double mu, Point& point, StepLength& al
   Step step = zero_step(c.canonical);
   newton_residual(c.canonical, point, mu, rhs);
   c.kkt.assemble(point.iterate, point.evaluation);
-  dependent = dependent || !c.kkt.solve_accurately(point.evaluation, rhs, step);
+  dependent = dependent || !solve_accurately(c.kkt, point.evaluation, rhs, step);
   if (dependent) {  // their equations agree, any of the multipliers will do
     const Regularization relaxed{.lambda_x = kRootOfRounding, .lambda_y = kRootOfRounding};
     if (c.kkt.factorize_for_solutions(relaxed, Certainty::Usual).status !=

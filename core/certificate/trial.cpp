@@ -118,6 +118,17 @@ bool is_trusted(ActiveSetSystem& system, bool inner, double& response) {
 
 }  // namespace
 
+bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
+                      Step& step, const Regularization& shift) {
+  for (;;) {
+    // What the inertia is does not matter, and the solution is tested.
+    const KktFactors factors = kkt.factorize_for_solutions(shift, Certainty::Usual);
+    if (factors.status != FactorizationStatus::Ok) return false;
+    if (kkt.solve(evaluation, rhs, step)) return true;
+    if (!kkt.increase_quality()) return false;
+  }
+}
+
 // --- TestContext ---------------------------------------------------------------------------------
 
 void TestContext::examine_curvature(const Point& point, const Vector& lambda,
@@ -212,7 +223,7 @@ void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& syste
   trial.error = hessian_error_of(c, trial);
   Regularization shift;
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
-    return c.kkt.solve_accurately(system.assembled(), rhs, step, shift);
+    return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
   };
   trial.converges = newton_confirms(c, trial, system, solve);
   if (trial.proximal > 0.0) {

@@ -65,7 +65,15 @@ struct TestContext {
                          ActiveSetSystem* system, const Evaluation* assembled = nullptr);
 };
 
-/// Guesses the trial's active set by z / s at its point, in the trial's scaling.
+/// Solves with the assembled K at a shift. Factorizes again with a higher quality if the solution
+/// is not accurate.
+[[nodiscard]] bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation,
+                                    const NewtonResidual& rhs, Step& step,
+                                    const Regularization& shift = {});
+
+/// Guesses the trial's active set by z / s at its point, in the trial's scaling. A Newton step has
+/// to confirm it. A bound is weakly active if the ratio lies between 1 / kStrictRatio and
+/// kStrictRatio, or if it is no farther than its relaxation and not active.
 void guess_active_set(const TestContext& c, TrialPoint& trial);
 /// Takes the multipliers of inactive inequalities, which come from the barrier, out of W. False:
 /// the model is undefined.

@@ -178,26 +178,43 @@ void KktBlock::assemble(const Evaluation& evaluation, std::span<const double> ja
   jacobian_call_ = known ? evaluation.jacobian_call : 0;
   hessian_call_ = known ? evaluation.hessian_call : 0;
   curvature_ = own_curvature;
-  set_values(evaluation, jacobian);
+  set_values(evaluation, jacobian, true);
   if (lengths_.size() > 0) measure_copies();
 }
 
-void KktBlock::set_values(const Evaluation& evaluation, std::span<const double> jacobian) {
+void KktBlock::assemble_projection(const Evaluation& evaluation) {
+  terms_.take_none();
+  forget_copies();
+  jacobian_call_ = hessian_call_ = 0;
+  set_values(evaluation, evaluation.jacobian, false);
+}
+
+void KktBlock::set_values(const Evaluation& evaluation, std::span<const double> jacobian,
+                          bool coupled) {
   factorized_with_.reset();
   ++version_;
-  low_rank_ = evaluation.low_rank;
+  low_rank_ = coupled ? evaluation.low_rank : nullptr;
   matrix_.set_zero();
   const auto values = matrix_.values();
   auto position = pattern_->positions.begin();
-  hessian_norm_ = low_rank_ && low_rank_->diagonal.size() > 0
-                      ? std::max(0.0, low_rank_->diagonal.maxCoeff())
-                      : 0.0;
-  for (const Index k : pattern_->hessian_entries) {
-    const double value = evaluation.hessian[at(k)];
-    values[at(*position++)] += value;
-    hessian_norm_ = std::max(hessian_norm_, std::abs(value));
+  if (coupled) {
+    hessian_norm_ = low_rank_ && low_rank_->diagonal.size() > 0
+                        ? std::max(0.0, low_rank_->diagonal.maxCoeff())
+                        : 0.0;
+    for (const Index k : pattern_->hessian_entries) {
+      const double value = evaluation.hessian[at(k)];
+      values[at(*position++)] += value;
+      hessian_norm_ = std::max(hessian_norm_, std::abs(value));
+    }
+  } else {
+    position += std::ssize(pattern_->hessian_entries);
   }
-  for (const Index k : pattern_->jacobian_entries) values[at(*position++)] += jacobian[at(k)];
+  for (const Index k : pattern_->jacobian_entries) {
+    const auto [row, col] = canonical_.jacobian()[at(k)];
+    const bool own = canonical_.owned_by_max(col) == canonical_.max_constraints().contains(row);
+    if (coupled || own) values[at(*position)] += jacobian[at(k)];
+    ++position;
+  }
   for (const Index i : indices(variables())) {
     const Index row = row_of_variable(i);
     if (row < 0) continue;

@@ -135,8 +135,11 @@ class KktBlock : Kept<KktBlockArrays> {
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
   /// After assemble: rows without entries of J count with the expected sign and one as diagonal.
   void decouple(const std::vector<bool>& decoupled);
-  /// The barrier terms of the last assemble.
+  /// The barrier terms of the last assemble, of none after assemble_projection.
   [[nodiscard]] const BarrierTerms& barrier_terms() const { return terms_; }
+  /// The matrix of least-squares multipliers: W = I for Min, -I for Max, slacks with curvature 1,
+  /// no coupling of the players.
+  void assemble_projection(const Evaluation& evaluation);
 
   /// Sets the diagonal of matrix().
   void shift_by(const Regularization& shift);
@@ -203,7 +206,8 @@ class KktBlock : Kept<KktBlockArrays> {
 
  private:
   void assemble(const Evaluation& evaluation, std::span<const double> jacobian);
-  void set_values(const Evaluation& evaluation, std::span<const double> jacobian);
+  /// coupled: with W and all of J, else the projection's.
+  void set_values(const Evaluation& evaluation, std::span<const double> jacobian, bool coupled);
   void set_lengths(const Iterate& iterate);
   void forget_copies();
   void measure_copies();

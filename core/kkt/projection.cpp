@@ -1,12 +1,24 @@
-#include <algorithm>
-
 #include "core/kkt/system.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"
 
 // Least-squares multipliers.
 
 namespace ipminmax {
+
+bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
+  for (;;) {
+    if (factorize_for_solutions({}, needed(Certainty::Usual)).status != FactorizationStatus::Ok)
+      return false;
+    {
+      const ScopedTimer timer(timed(timing_.solves));
+      ++counts_.solves;
+      if (solve_reduced(full_, {}, rhs, step, true)) return true;
+    }
+    if (!increase_quality()) return false;
+  }
+}
 
 bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
                                           Eigen::VectorXd& lambda) {
@@ -15,18 +27,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   lambda.setZero(canonical_.constraints());
   if (canonical_.constraints() == 0) return true;
   const Counting counting(*this, FactorizationCause::Multipliers);
-  Evaluation& uncoupled = uncoupled_;
-  uncoupled = evaluation;
-  uncoupled.jacobian_call = uncoupled.hessian_call = 0;
-  uncoupled.low_rank = nullptr;
-  std::ranges::fill(uncoupled.hessian, 0.0);
-  for (const auto k : indices(uncoupled.jacobian)) {
-    const auto [row, col] = canonical_.jacobian()[k];
-    if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row))
-      uncoupled.jacobian[k] = 0.0;
-  }
-  eliminated_.setOnes();
-  full_.assemble(uncoupled, eliminated_);
+  full_.assemble_projection(evaluation);
   release_full();
   NewtonResidual& rhs = gradient_;
   Step& step = multipliers_;
@@ -56,7 +57,8 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
         }
       }
     }
-    if (!solve_accurately(uncoupled, rhs, step)) return false;
+    // Where Gamma is the pivot of a multiplier, little of I is left in the factors.
+    if (!solve_projection(rhs, step)) return false;
     const IndexRange own = max ? canonical_.max_constraints() : canonical_.min_constraints();
     for (const Index j : indices(own)) lambda[j] = step.lambda[j];
   }

@@ -128,6 +128,32 @@ void KktSystem::add_low_rank(KktBlock& block, std::span<double> solution) {
        low_rank_factors_.small.solve(low_rank_factors_.columns.transpose() * r);
 }
 
+bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
+  const auto size = static_cast<Eigen::Index>(reduced.size());
+  Eigen::VectorXd& rhs = reduced_rhs_;
+  Eigen::VectorXd& residual = reduced_residual_;
+  Eigen::VectorXd& product = product_;
+  rhs = Eigen::Map<const Eigen::VectorXd>(reduced.data(), size);
+  residual = rhs;
+  product.resize(size);
+  Eigen::Map<Eigen::VectorXd> solution(reduced.data(), size);
+  solution.setZero();
+  double last_ratio = kInfinity;
+  for (Index k = 0;; ++k) {
+    const double scale = infinity_norm(rhs) + infinity_norm(solution);
+    const double ratio = scale > 0.0 ? infinity_norm(residual) / scale : 0.0;
+    if (ratio <= options_.residual_ratio_max) return true;
+    // An overflow is no progress either.
+    if (k > options_.max_refinement_steps || !(ratio <= parameters::kProgress * last_ratio))
+      return false;
+    last_ratio = ratio;
+    solve_with_factors(block, {residual.data(), reduced.size()});
+    solution += residual;
+    block.matrix().multiply(reduced, {product.data(), reduced.size()});
+    residual = rhs - product;
+  }
+}
+
 /// Sign times Sigma of a slack, with the shift of Min's.
 double KktSystem::slack_curvature(const KktBlock& block, const Regularization& shift,
                                   Index slack) const {
@@ -190,8 +216,8 @@ void KktSystem::expand(KktBlock& block, const Regularization& shift, const Newto
   }
 }
 
-void KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
-                              const NewtonResidual& rhs, Step& step) {
+bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
+                              const NewtonResidual& rhs, Step& step, bool refined) {
   eliminate(block, shift, rhs);
   const std::span<double> reduced(reduced_.data(), at(block.dimension()));
   const auto in_lengths = [&] {
@@ -199,9 +225,15 @@ void KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
     for (Index row = 0; row < block.dimension(); ++row) reduced[at(row)] *= block.length(row);
   };
   in_lengths();
-  solve_with_factors(block, reduced);
+  bool ok = true;
+  if (refined) {
+    ok = solve_refined(block, reduced);
+  } else {
+    solve_with_factors(block, reduced);
+  }
   in_lengths();
   expand(block, shift, rhs, step);
+  return ok;
 }
 
 void KktSystem::subtract_product(const KktBlock& block, const Regularization& shift,
@@ -301,17 +333,6 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
 bool KktSystem::solve(const KktFactors& factors, const Evaluation& evaluation,
                       const NewtonResidual& rhs, Step& step, const Accuracy& accuracy) {
   return are_current(factors) && solve(full_, full_factors_.shift, evaluation, rhs, step, accuracy);
-}
-
-bool KktSystem::solve_accurately(const Evaluation& evaluation, const NewtonResidual& rhs,
-                                 Step& step, const Regularization& shift) {
-  for (;;) {
-    // What the inertia is does not matter, and the solution is tested.
-    const KktFactors factors = factorize_for_solutions(shift, Certainty::Usual);
-    if (factors.status != FactorizationStatus::Ok) return false;
-    if (solve(evaluation, rhs, step)) return true;
-    if (!increase_quality()) return false;
-  }
 }
 
 bool KktSystem::solve_inner(const KktFactors& factors, const Evaluation& evaluation,

@@ -39,9 +39,10 @@ struct KktArrays {
   // Refinement
   NewtonResidual residual_, last_residual_;
   Step correction_;
+  // The same against the assembled matrix, in its rows
+  Eigen::VectorXd reduced_rhs_, reduced_residual_, product_;
   Eigen::VectorXd proximal_, known_, found_;  ///< of proximal_curvature
   // Least-squares multipliers
-  Evaluation uncoupled_;
   NewtonResidual gradient_;
   Step multipliers_;
 };
@@ -156,11 +157,6 @@ class KktSystem : Kept<KktArrays> {
     return solve_inner(inner_factors_, evaluation, rhs, step, accuracy);
   }
 
-  /// Solves with K at a shift. Factorizes again with a higher quality if the solution is not
-  /// accurate.
-  [[nodiscard]] bool solve_accurately(const Evaluation& evaluation, const NewtonResidual& rhs,
-                                      Step& step, const Regularization& shift = {});
-
   /// What a solution has to reach in the end, or it is none.
   [[nodiscard]] Accuracy least_accuracy() const {
     return {.ratio = options_.residual_ratio_singular};
@@ -236,12 +232,16 @@ class KktSystem : Kept<KktArrays> {
   void eliminate(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs);
   void expand(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs,
               Step& step) const;
-  /// A right-hand side or solution restricted to a block: reduced, solved once with the factors,
-  /// expanded.
-  void solve_reduced(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs,
-                     Step& step);
+  /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
+  /// Not refined: once with the factors. Refined: false when no small residual was reached.
+  bool solve_reduced(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs,
+                     Step& step, bool refined = false);
   void solve_with_factors(KktBlock& block, std::span<double> reduced);
   void add_low_rank(KktBlock& block, std::span<double> solution);
+  /// Against the assembled matrix.
+  bool solve_refined(KktBlock& block, std::span<double> reduced);
+  /// With the matrix of assemble_projection.
+  bool solve_projection(const NewtonResidual& rhs, Step& step);
   [[nodiscard]] bool solve(KktBlock& block, const Regularization& shift,
                            const Evaluation& evaluation, const NewtonResidual& rhs, Step& step,
                            const Accuracy& accuracy);
