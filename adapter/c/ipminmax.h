@@ -371,7 +371,7 @@ typedef struct IpminmaxActiveSetChange {
   double share;
   int of_constraint; /* 1: a bound of constraint `index`, 0: of variable `index` */
   int index;         /* from 0 */
-  int upper; /* 1: the upper bound */
+  int upper;         /* 1: the upper bound */
   int enters;
 } IpminmaxActiveSetChange;
 

@@ -97,8 +97,9 @@ TEST(Restarts, AreBoundedWhereNothingIsToBeFound) {
   SolverOptions twice;
   twice.minmax_max_restarts = 1;
   const std::string text = solve(problem, twice).message;
-  EXPECT_NE(text.find("\nfailed from 1 other starting point, too (minmax_max_restarts allows no more)"),
-            std::string::npos)
+  EXPECT_NE(
+      text.find("\nfailed from 1 other starting point, too (minmax_max_restarts allows no more)"),
+      std::string::npos)
       << text;
 
   SolverOptions once;
