@@ -442,7 +442,7 @@ class MaximizationOverY {
     std::vector<double> v = result.v;
     const double value = result.objective;
     found_.range.see(value);
-    accuracy_ = std::max(accuracy_, options_.tol / std::abs(result.objective_scale));
+    accuracy_ = std::min(accuracy_, options_.tol / std::abs(result.objective_scale));
     if (context_.witnesses != nullptr) context_.witnesses->add(v);
     ranges_.see(v);
     for (WorstCaseMaximum& known : found_.maxima) {
@@ -478,7 +478,7 @@ class MaximizationOverY {
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away
   ValueRange on_the_way_;                ///< of values at infeasible points
-  double accuracy_ = 0.0;                ///< of the value that a maximization leaves
+  double accuracy_ = kInfinity;          ///< of the value that a maximization leaves
   std::vector<std::size_t> held_;        ///< few variables that all others follow; none: empty
   std::vector<Beside> beside_;           ///< each of the maxima
   Index corners_ = 0;                    ///< that starts have had

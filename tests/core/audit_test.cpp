@@ -592,16 +592,20 @@ TEST(Audit, ARowIsViolatedBesideWhatXMoves) {
 }
 
 TEST(Audit, AWorstCaseBesideAKnownOneIsAnotherIfItIsHigher) {
-  // max x with 2 x y - y^2 <= 4 for all y: x = 2. y = 1e4 (v - 1e4): its maxima differ by less than
-  // 1e-6 of v, and far away the row is -1e18.
-  Model model;
-  const Expression x = model.variable(kMin, "x") + 1e4;
-  const Expression y = 1e4 * (model.variable(kMax, "y") - 1e4);
-  model.objective(-x);
-  model.constraint(2.0 * x * y - square(y), -kNoBound, 4.0, kMin);
-  AutodiffProblem problem(model, {0.5 - 1e4, 1e4 + 1e-5});
-  const Result result = solve(problem, {});
-  EXPECT_TRUE(!is_success(result.status) || result.objective > -2.01) << result.objective;
+  // max x with 2 x y - y^2 <= 4 for all y: x = 2. y = unit (v - 1e4): its maxima differ by less than
+  // 1e-6 of v, and far away the row is -1e18 or less.
+  for (const double unit : {1e4, 1e5}) {
+    Model model;
+    const Expression x =
+        unit < 1e5 ? model.variable(kMin, "x") + 1e4 : 1e-5 * model.variable(kMin, "x");
+    const Expression y = unit * (model.variable(kMax, "y") - 1e4);
+    model.objective(-x);
+    model.constraint(2.0 * x * y - square(y), -kNoBound, 4.0, kMin);
+    AutodiffProblem problem(model, {unit < 1e5 ? 0.5 - 1e4 : 5e4, 1e4 + 0.1 / unit});
+    const Result result = solve(problem, {});
+    EXPECT_TRUE(!is_success(result.status) || result.objective > -2.01)
+        << unit << ": " << result.objective;
+  }
 }
 
 TEST(Audit, EveryPartOfADisconnectedYIsSearched) {
