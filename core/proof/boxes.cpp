@@ -10,6 +10,8 @@
 #include <queue>
 #include <utility>
 
+#include <Eigen/Dense>
+
 #include "core/model/indices.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
@@ -57,12 +59,99 @@ Interval enclosure(const IntervalJet& over, const IntervalJet& at, const Box& bo
   return intersection(intersection(over.value(), mean), second);
 }
 
+/// Where y is at neither end, by which a multiplier has to hold the value.
+class Multipliers {
+ public:
+  /// Of the value at y by least squares over the rows that are active there; those of a wrong sign
+  /// go, one by one.
+  Multipliers(FunctionOfBoxes& function, const Box& domain, const std::vector<ValueRange>& ranges,
+              const std::vector<double>& y)
+      : lambda_(function.rows().size(), 0.0) {
+    const Box point(y.begin(), y.end());
+    FunctionOfBoxes::Look here;
+    function.look(point, here);
+    std::vector<std::size_t> between, active;
+    for (const auto i : indices(y)) {
+      const double margin = parameters::kHardly * (domain[i].upper() - domain[i].lower());
+      if (y[i] > domain[i].lower() + margin && y[i] < domain[i].upper() - margin) {
+        between.push_back(i);
+      }
+    }
+    for (const auto k : indices(lambda_)) {
+      if (side(function.rows()[k], ranges[k], here.rows[k].value().middle()) != 0) {
+        active.push_back(k);
+      }
+    }
+    const auto n = static_cast<Eigen::Index>(between.size());
+    while (!active.empty() && n > 0) {
+      Eigen::MatrixXd a(n, static_cast<Eigen::Index>(active.size()));
+      Eigen::VectorXd f(n);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const std::size_t variable = between[static_cast<std::size_t>(i)];
+        f[i] = here.value.gradient(variable).middle();
+        for (const auto k : indices(active)) {
+          a(i, static_cast<Eigen::Index>(k)) = here.rows[active[k]].gradient(variable).middle();
+        }
+      }
+      if (!a.allFinite() || !f.allFinite()) return;
+      const Eigen::VectorXd solution = a.completeOrthogonalDecomposition().solve(f);
+      std::size_t wrong = active.size();
+      double worst = 0.0;
+      for (const auto k : indices(active)) {
+        const auto& row = function.rows()[active[k]];
+        if (row.lower == row.upper) continue;
+        const double out = solution[static_cast<Eigen::Index>(k)] *
+                           side(row, ranges[active[k]], here.rows[active[k]].value().middle());
+        if (out < worst) {
+          worst = out;
+          wrong = k;
+        }
+      }
+      if (wrong < active.size()) {
+        active.erase(active.begin() + static_cast<std::ptrdiff_t>(wrong));
+        continue;
+      }
+      for (const auto k : indices(active)) {
+        lambda_[active[k]] = solution[static_cast<Eigen::Index>(k)];
+      }
+      return;
+    }
+  }
+
+  /// value + sum lambda (bound - g), which on Y(x) is no less than the value: lambda > 0 goes with
+  /// the upper bound, lambda < 0 with the lower.
+  [[nodiscard]] IntervalJet lagrangian(const FunctionOfBoxes& function,
+                                       const FunctionOfBoxes::Look& look) const {
+    IntervalJet l = look.value;
+    for (const auto k : indices(lambda_)) {
+      const double bound = lambda_[k] > 0.0 ? function.rows()[k].upper : function.rows()[k].lower;
+      if (lambda_[k] == 0.0 || !std::isfinite(bound)) continue;
+      l += IntervalJet(lambda_[k]) * (IntervalJet(bound) - look.rows[k]);
+    }
+    return l;
+  }
+  [[nodiscard]] bool any() const {
+    return std::ranges::any_of(lambda_, [](double value) { return value != 0.0; });
+  }
+
+ private:
+  /// 1: the upper bound is active, -1: the lower one, 0: none.
+  static int side(const FunctionOfBoxes::Row& row, const ValueRange& range, double g) {
+    const double margin = range.resolution(parameters::kHardly);
+    if (row.upper - g <= margin) return 1;
+    return g - row.lower <= margin ? -1 : 0;
+  }
+
+  std::vector<double> lambda_;
+};
+
 /// What is known when a batch of boxes begins.
 struct Known {
   const Box& domain;
   const KnownValues& values;
   double highest;  ///< seen
   double gap;      ///< above the highest at which a box is left alone
+  std::optional<Multipliers> multipliers;
 };
 
 /// A part of a box that waits; none has more than `bound`.
@@ -93,8 +182,8 @@ class Examiner {
       const Box center = center_of(box);
       function_.look(box, over_);
       function_.look(center, at_);
-      std::vector<const KnownPoint*> inside;
-      for (const KnownPoint& point : known.values) {
+      std::vector<const KnownValues::Point*> inside;
+      for (const KnownValues::Point& point : known.values.points) {
         if (holds(box, point.y)) inside.push_back(&point);
       }
       bool feasible = true, defined = true;
@@ -106,10 +195,9 @@ class Examiner {
         feasible = feasible && g.lower() >= row.lower && g.upper() <= row.upper;
         defined = defined && row.is_met(at_.rows[k].value());
       }
-      const Interval value = enclosure(over_.value, at_.value, box, center);
-      part.bound = std::min(part.bound, value.upper());
+      bound_value(box, center, known, part.bound);
       for (const auto* point : inside) {
-        agree(-1, value, point->value);
+        agree(-1, enclosure(over_.value, at_.value, box, center), point->value);
         if (point->is_met) agree(-1, {-kInfinity, part.bound + known.gap}, point->value);
       }
       see(center, std::max(known.highest, finding.best.value), finding.best);
@@ -138,6 +226,14 @@ class Examiner {
   static bool holds(const Box& box, const std::vector<double>& y) {
     return std::ranges::equal(
         box, y, [](const Interval& side, double value) { return side.contains(value); });
+  }
+
+  void bound_value(const Box& box, const Box& center, const Known& known, double& bound) const {
+    bound = std::min(bound, enclosure(over_.value, at_.value, box, center).upper());
+    if (!known.multipliers || !known.multipliers->any()) return;
+    bound = std::min(bound, enclosure(known.multipliers->lagrangian(function_, over_),
+                                      known.multipliers->lagrangian(function_, at_), box, center)
+                                .upper());
   }
 
   /// A point where all constraints hold for certain, if it has more than that.
@@ -181,6 +277,8 @@ class Examiner {
   /// Of the box looked at last: along which the bound has most to gain; the dimension: none can be
   /// cut.
   [[nodiscard]] std::size_t side_to_cut(const Box& box, const Known& known) const {
+    const IntervalJet gained =
+        known.multipliers ? known.multipliers->lagrangian(function_, over_) : over_.value;
     std::size_t best = box.size(), longest = box.size();
     double most = -1.0, length = 0.0;
     const auto share = [&](std::size_t i) {
@@ -192,7 +290,7 @@ class Examiner {
       if (!(box[i].lower() < middle && middle < box[i].upper())) continue;
       const double width = box[i].upper() - box[i].lower();
       const double gain =
-          std::min(over_.value.gradient(i).magnitude() * width, std::numeric_limits<double>::max());
+          std::min(gained.gradient(i).magnitude() * width, std::numeric_limits<double>::max());
       if (gain > most) {
         most = gain;
         best = i;
@@ -218,9 +316,11 @@ class BranchAndBound {
       : effort_(effort),
         best_(best),
         function_(function),
-        known_{domain, values, best.value, 0.0},
+        known_{domain, values, best.value, 0.0, {}},
         examiners_(function.is_concurrent() ? at(std::max<Index>(effort.threads, 1)) : 1,
-                   Examiner(function)) {}
+                   Examiner(function)) {
+    if (!best.y.empty()) known_.multipliers.emplace(function_, domain, values.rows, best.y);
+  }
 
   BoxBound run() {
     parts_ = {{known_.domain, kInfinity}};
@@ -281,9 +381,13 @@ class BranchAndBound {
     boxes_ += finding.boxes;
     settled_ = std::max(settled_, finding.settled);
     if (finding.best.value > best_.value) {
+      const bool clearly = finding.best.value > enough();
       best_.y = std::move(finding.best.y);
       best_.value = finding.best.value;
       best_.range.see(best_.value);
+      if (clearly) {
+        known_.multipliers.emplace(function_, known_.domain, known_.values.rows, best_.y);
+      }
     }
     if (!finding.rest) return;
     finding.rest->number = ++number_;

@@ -49,15 +49,18 @@ class FunctionOfBoxes {
   std::vector<IntervalJet> v_, g_;
 };
 
-/// What the model's functions themselves are at a point, with rounding: whatever is said of a box
-/// that holds it has to agree.
-struct KnownPoint {
-  std::vector<double> y;
-  Interval value;
-  std::vector<Interval> rows;
-  bool is_met;  ///< all rows are
+/// What the model's functions themselves are at some points, with rounding: whatever is said of a
+/// box that holds one has to agree.
+struct KnownValues {
+  struct Point {
+    std::vector<double> y;
+    Interval value;
+    std::vector<Interval> rows;
+    bool is_met;  ///< all rows are
+  };
+  std::vector<Point> points;
+  std::vector<ValueRange> rows;
 };
-using KnownValues = std::vector<KnownPoint>;
 
 /// A function over boxes, the objective (-1) or a constraint, is not the one at points.
 class WrongOverBoxes : public std::domain_error {

@@ -106,7 +106,9 @@ class Sampling {
  public:
   Sampling(Problem& inner, const BoxFunctions& functions, const Scope& scope,
            FunctionOfBoxes& function, BestSeen& best)
-      : inner_(inner), functions_(functions), scope_(scope), function_(function), best_(best) {}
+      : inner_(inner), functions_(functions), scope_(scope), function_(function), best_(best) {
+    values.rows.resize(scope.rows.size());
+  }
 
   /// seen: n values, or none.
   void run(const std::vector<double>& seen) {
@@ -131,7 +133,7 @@ class Sampling {
 
  private:
   void add(std::vector<double> y) {
-    KnownPoint point{y, {}, {}, scope_.uncut.empty()};
+    KnownValues::Point point{y, {}, {}, scope_.uncut.empty()};
     FunctionOfBoxes::Look look;
     if (scope_.uncut.empty()) {
       point.is_met = meet_rows(function_, scope_.domain, point.y);
@@ -151,8 +153,9 @@ class Sampling {
     for (const auto k : indices(look.rows)) {
       point.rows.push_back(with_rounding(g[at(scope_.rows[k].constraint)], look.rows[k].value()));
       agree(scope_.rows[k].constraint, look.rows[k].value(), point.rows.back());
+      see(point.rows.back(), values.rows[k]);
     }
-    values.push_back(point);
+    values.points.push_back(point);
     if (!point.is_met && scope_.uncut.empty()) return;
     see(look.value.value(), best_.range);
     const double least = look.value.value().lower();
@@ -249,7 +252,7 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
     proof.resolution = best.range.resolution(effort.tolerance);
     if (!scope.uncut.empty()) {
       const Interval all = function.value_over(scope.domain);
-      for (const KnownPoint& point : values) agree(-1, all, point.value);
+      for (const KnownValues::Point& point : values.points) agree(-1, all, point.value);
       proof.boxes = 1;
       proof.proved = all.upper();
       proof.seen = all.lower();
