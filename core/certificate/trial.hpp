@@ -71,9 +71,7 @@ struct TestContext {
                                     const NewtonResidual& rhs, Step& step,
                                     const Regularization& shift = {});
 
-/// Guesses the trial's active set by z / s at its point, in the trial's scaling. A Newton step has
-/// to confirm it. A bound is weakly active if the ratio lies between 1 / kStrictRatio and
-/// kStrictRatio, or if it is no farther than its relaxation and not active.
+/// Guesses the trial's active set by z / s at its point, in the trial's scaling.
 void guess_active_set(const TestContext& c, TrialPoint& trial);
 /// Takes the multipliers of inactive inequalities, which come from the barrier, out of W. False:
 /// the model is undefined.

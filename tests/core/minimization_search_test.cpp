@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <hostile/trap_game.hpp>
 #include <support/autodiff_problem.hpp>
 
 #include "core/solver.hpp"
@@ -119,8 +120,8 @@ class Surface final : public Problem {
   std::vector<double> start_;
 };
 
-TEST(MinimizationSearch, SolvesASteepSurface) {
-  // Full steps that need not be an improvement raise the area to 1e19.
+TEST(MinimizationSearch, AWatchdogThatCannotGoOnReturnsToWhereItBegan) {
+  // Its full steps raised the area to 1e19, from where no step leads on.
   Surface surface(24, 5000.0, 20.0);
   SolverOptions options;
   options.linear_solver = LinearSolver::Mumps;
@@ -181,6 +182,71 @@ TEST(MinimizationSearch, DependentRowsOfAConvexModelNeedNoShiftOfTheHessian) {
     });
     EXPECT_TRUE(is_success(result.status)) << result.message;
     EXPECT_GT(result.iterations, 12);
+  }
+}
+
+/// A bilevel linear program by its optimality conditions: products of slacks and multipliers that
+/// vanish, so that no feasible point has independent gradients.
+AutodiffProblem bilevel_program() {
+  Model model;
+  std::array<Expression, 5> slack, multiplier;
+  for (auto& s : slack) s = model.variable(kMin, "slack", 0.0);
+  for (auto& m : multiplier) m = model.variable(kMin, "multiplier", 0.0);
+  const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+  const Expression x = model.variable(kMin, "x", 0.0);
+  model.objective(2.0 * b - x - 3.0 * a);
+  const auto equal = [&](const Expression& row, double value) {
+    model.constraint(row, value, value);
+  };
+  for (std::size_t i = 0; i < slack.size(); ++i) equal(multiplier[i] * slack[i], 0.0);
+  equal(slack[0] + a + 4.0 * b - 2.0 * x, 16.0);
+  equal(slack[1] + 3.0 * a - 2.0 * b + 8.0 * x, 48.0);
+  equal(slack[2] + a - 3.0 * b - 2.0 * x, -12.0);
+  equal(slack[3] - a, 0.0);
+  equal(slack[4] + a, 4.0);
+  equal(multiplier[0] + 3.0 * multiplier[1] + multiplier[2] - multiplier[3] + multiplier[4], 1.0);
+  equal(2.0 * multiplier[1] - 3.0 * multiplier[2], 0.0);
+  return AutodiffProblem(model, std::vector<double>(13, 0.0));
+}
+
+TEST(MinimizationSearch, OneThatIsStuckBeginsAnewWithTheOtherBarrierRule) {
+  AutodiffProblem problem = bilevel_program();
+  SolverOptions options;
+  options.minmax_max_restarts = 0;
+  const Result first = solve(problem, options);
+  ASSERT_EQ(first.status, Status::TinyStep) << first.message;
+  options.minmax_max_restarts = SolverOptions().minmax_max_restarts;
+  bool began_anew = false;
+  Index last = -1;
+  const Result result = solve(problem, options, [&](const IterationInfo& info) {
+    began_anew = began_anew || info.step_kind == 'w';
+    EXPECT_EQ(info.iteration, ++last);
+    return true;
+  });
+  EXPECT_TRUE(began_anew);
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_NEAR(result.objective, -13.0, 1e-6);
+  EXPECT_GT(result.iterations, first.iterations);
+  // One budget of iterations for both, and the end of the first search where no second one fits.
+  options.max_iter = first.iterations + 3;
+  EXPECT_EQ(solve(problem, options).iterations, options.max_iter);
+}
+
+// First-order points of a wrong curvature that no move along it leaves: with the other mu_strategy
+// the search from the model's start ends elsewhere.
+TEST(StuckMinimization, AtASaddleBeginsAnew) {
+  for (const std::uint64_t seed : {17055, 18742, 25630}) {
+    const testing::RandomGame game = testing::trap_game(seed);
+    testing::AutodiffProblem problem(game.model, game.start);
+    bool anew = false;
+    SolveObserver observer;
+    observer.message = [&](std::string_view text) {
+      anew = anew || text.find("again with mu_strategy") != std::string_view::npos;
+    };
+    const Result result = solve(problem, game.options, observer);
+    EXPECT_TRUE(anew) << "seed " << seed;
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax)
+        << "seed " << seed << ": " << result.message;
   }
 }
 

@@ -267,7 +267,7 @@ TEST(RunsToInfinity, AreNoFeasiblePointsFarFromTheStart) {
   EXPECT_NEAR(result.v[0] * result.v[1], 1e4, 1e-3);
 }
 
-TEST(RunsToInfinity, AreNoLongSteps) {
+TEST(RunsToInfinity, AreNoFullStepsOfTheWatchdog) {
   // Newton's method for sqrt(1 + t^2) goes from t to -t^3. The line search shortens its steps,
   // until full ones are tried: 5 would become 1e2, 1e6 and 1e19.
   Model model;
