@@ -116,7 +116,7 @@ class AutoSolver final : public SymmetricSolver {
   Next next_ = Next::Pivoting;
   Factors factors_ = Factors::Pivoting;
   Pairs pairs_ = Pairs::Unmade;                      // since the last reset
-  int inaccurate_pairs_ = 0;                         // their number
+  int inaccurate_pairs_ = 0;                         // PairedLdltSolver::pairs() of those
   bool in_doubt_ = false;                            // begin_pivoting
   bool ldlt_in_doubt_ = false;                       // LDL' may serve there
   Pause ldlt_pause_{0};                              // where its inertia was not certain

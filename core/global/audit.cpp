@@ -347,10 +347,16 @@ Index outside_bounds(const ProblemStructure& s, const SolverOptions& options,
   return -1;
 }
 
-/// Whether f rises with a step of one Max variable, clearly with the last of the given shares of its
-/// range, and by more than tol of the range of f with each before it: y is no maximum.
+/// Steps of one variable, as shares of its range, with which f rises: clearly with the last, with
+/// each before it by more than that share of the range of f.
+struct Rise {
+  std::span<const double> steps;
+  double before_last;
+};
+
+/// Whether f rises in one of these ways with a step of one Max variable: y is no maximum.
 bool rises_beside(Problem& model, const SolverOptions& options, const Result& result,
-                  std::span<const double> steps, double tol, Counts& counts) {
+                  std::span<const Rise> ways, Counts& counts) {
   constexpr std::size_t kMostVariables = 50;
   const double accuracy = options.tol / std::abs(result.objective_scale);  // of f
   const ProblemStructure& s = model.structure();
@@ -369,15 +375,20 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
     const double least = kFarBesideRelaxation *
                          excess(own[k], s.variable_lower[of_max[k]], s.variable_upper[of_max[k]]);
     for (const double sign : {-1.0, 1.0}) {
-      const bool rises = std::ranges::all_of(steps, [&](double step) {
-        if (step * sizes.of(of_max[k]) < least) return false;
+      const auto rises_by = [&](double step, double tol) -> double {
+        if (step * sizes.of(of_max[k]) < least) return 0.0;
         std::vector<double> y = own;
         y[k] += sign * step * sizes.of(of_max[k]);
         Hearing hearing = here;
         hearing.hear({y}, {});
-        const bool last = step == steps.back();
-        const auto* higher = hearing.higher(last ? tolerance_of_f(options) : tol);
-        return higher != nullptr && (!last || higher->f - result.objective > accuracy);
+        const auto* higher = hearing.higher(tol);
+        return higher != nullptr ? higher->f - result.objective : 0.0;
+      };
+      const bool rises = std::ranges::any_of(ways, [&](const Rise& way) {
+        const auto before = way.steps.first(way.steps.size() - 1);
+        return std::ranges::all_of(
+                   before, [&](double step) { return rises_by(step, way.before_last) > 0.0; }) &&
+               rises_by(way.steps.back(), tolerance_of_f(options)) > accuracy;
       });
       if (rises) return true;
     }
@@ -619,15 +630,16 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
   const bool not_unique = c.answer == InnerAnswer::BestNotUnique;
   // However small the step: also along a kink, which curvature does not see. Where curvature does
   // not bend f it may rise farther out, and by nothing that counts before.
-  constexpr double kFarther[] = {1e-2, 1e-1}, kNear[] = {1e-2}, kNearer[] = {1e-4, 1e-3, 1e-2};
-  const double clear = tolerance_of_f(options);
-  const auto rises = [&](std::span<const double> steps, double tol) {
-    return rises_beside(model, options, result, steps, tol, counts);
+  static constexpr double kFarther[] = {1e-2, 1e-1}, kNearer[] = {1e-4, 1e-3, 1e-2};  // for spans
+  const auto rises = [&] {
+    std::vector<Rise> ways;
+    if (own_point) ways.push_back({kFarther, 0.0});
+    if (!not_unique)
+      ways.push_back({std::span(kNearer).last(seems_wrong ? 1 : 3), tolerance_of_f(options)});
+    return rises_beside(model, options, result, ways, counts);
   };
   if (is_success(result.status) && (undecided || not_unique) && (own_point || seems_wrong) &&
-      has_max_variables(model.structure()) &&
-      ((own_point && rises(kFarther, 0.0)) ||
-       (!not_unique && rises(seems_wrong ? std::span<const double>(kNear) : kNearer, clear)))) {
+      has_max_variables(model.structure()) && rises()) {
     // Errors over branches are those of the form that was solved.
     result.status = result.over_y.branches > 0 ? Status::WorstCaseNotMet : Status::NotLocalMinmax;
     result.message =

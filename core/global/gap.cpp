@@ -29,7 +29,8 @@ namespace {
 
 /// Random points at which f should look convex and concave, beside the one that is asked about.
 constexpr Index kRandomPoints = 8;
-/// Of one player alone, at which the value of f is looked at, and variables that are put at bounds.
+/// Random points of one player alone at which f should be no better than the optimum found, and
+/// variables that are put at their bounds for that.
 constexpr Index kRandomValues = 50;
 constexpr std::size_t kVariablesAtBounds = 50;
 
@@ -95,7 +96,7 @@ std::string why_no_proof(Problem& game, const SolverOptions& options,
   return {};
 }
 
-/// Of what one player can reach alone from v: random points, and those with one variable at a bound.
+/// What one player can reach alone from v: random points, and those with one variable at a bound.
 std::vector<std::vector<double>> points_of(Player player, const ProblemStructure& s,
                                            const std::vector<double>& v,
                                            const SolverOptions& options) {
@@ -147,15 +148,17 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
     add_work(found, work);
     const bool exact = is_success(found.status) && found.status != Status::SolvedToAcceptableLevel;
     gap.message = exact ? why_no_proof(game, options, found.v) : found.message;
-    for (const std::vector<double>& point : points_of(player, game.structure(), v, options)) {
+    if (!gap.message.empty()) return kNaN;
+    const double sign = player == Player::Max ? 1.0 : -1.0;
+    const auto is_better = [&](const std::vector<double>& point) {
       std::vector<double> g(held.structure().constraint_lower.size());
       double f = kNaN;
-      if (!exact || !is_feasible(held, options, point, g) || !held.objective(point, false, f))
-        continue;
-      const double sign = player == Player::Max ? 1.0 : -1.0;
-      if (clearly_greater(sign * f, sign * found.objective, range, options.minmax_worst_case_tol))
-        gap.message = player == Player::Max ? "f is not concave in y" : "f is not convex in x";
-    }
+      return is_feasible(held, options, point, g) && held.objective(point, false, f) &&
+             clearly_greater(sign * f, sign * found.objective, range,
+                             options.minmax_worst_case_tol);
+    };
+    if (std::ranges::any_of(points_of(player, game.structure(), v, options), is_better))
+      gap.message = player == Player::Max ? "f is not concave in y" : "f is not convex in x";
     return found.objective;
   };
   const double most = best_value(Player::Max), least = best_value(Player::Min);

@@ -233,9 +233,7 @@ class MaximizationOverY {
   /// each. One that diverges, as on an unstable trajectory, may be worse than all others.
   [[nodiscard]] std::optional<std::vector<double>> best_corner_held() {
     const std::vector<std::size_t> boxed = boxed_variables(s_, options_);
-    if (own_.empty() || boxed.empty() || boxed.size() > kMostHeld || has_inequality(s_, options_) ||
-        boxed.size() == free_.size() ||
-        count_equations(s_) > free_.size() - boxed.size())  // they restrict these, too
+    if (own_.empty() || boxed.empty() || boxed.size() > kMostHeld || is_boxed_ || !is_connected_)
       return {};
     held_ = boxed;
     std::optional<Result> best;
@@ -473,7 +471,7 @@ class MaximizationOverY {
   VariableRanges ranges_;
   std::vector<std::size_t> free_;  ///< variables that are not held
   bool is_boxed_ = false;          ///< these all have two bounds: none of them can run away
-  bool is_connected_ = true;
+  bool is_connected_ = true;       ///< boxes, and states that follow from variables in them
   SearchStructure structure_;
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away

@@ -524,8 +524,9 @@ class RobustSearch {
     };
     for (const Index i : scope.variables)
       cross(v[at(i)], 1.0, v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+    if (scope.constraints.empty()) return any;
     std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size());
-    if (scope.constraints.empty() || !form_.solved.constraint_rows(scope.constraints, v, true, g) ||
+    if (!form_.solved.constraint_rows(scope.constraints, v, true, g) ||
         !form_.solved.jacobian_rows(scope.constraints, v, false, jacobian))
       return any;
     ++work_.counts.constraints;
@@ -637,8 +638,6 @@ class RobustSearch {
       least.error.primal = std::max(least.error.primal, excess_of(least.constraints, row));
     answer_ = std::move(least);
   }
-
-  // robust_infeasible.cpp
 
   const RobustForm& form_;
   const SolverOptions& options_ = form_.options;

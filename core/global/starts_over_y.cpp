@@ -161,7 +161,7 @@ class Starts::Choice {
   }
 
   Starts& all_;
-  Restarted model_{*all_.workers_.front().model, all_.model_start_};  // is asked for it once
+  Restarted model_{*all_.workers_.front().model, all_.model_start_};  // whose start is known
   const SolverOptions& options_ = all_.options_;
   Budget& budget_ = all_.budget_;
   const Index starts_ = starts_over_y_of_objective(options_);

@@ -10,7 +10,7 @@ namespace ipminmax {
 const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluation, double share) {
   const Index n = canonical_.variables(), y = canonical_.y().begin;
   // Of variables and then of constraints; zero where it is not known.
-  auto &size = known_, &fill = found_;
+  Eigen::VectorXd &size = known_, &fill = found_;
   size.setZero(n + canonical_.constraints());
   const auto take = [&](Index i, Index j, double entry) {
     // What rows would give x by elimination has no bound where Max has no room left.
@@ -20,7 +20,7 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
     const double found = entry * (entry / size[j]);
     fill[i] = fill[i] > 0.0 ? std::min(fill[i], found) : found;
   };
-  const auto take_all = [&](Index first, const auto& entries, auto& values) {
+  const auto take_all = [&](Index first, const auto& entries, const std::vector<double>& values) {
     for (const auto k : indices(values)) {
       take(first + entries[k].row, entries[k].col, values[k]);
       take(entries[k].col, first + entries[k].row, values[k]);

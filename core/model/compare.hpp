@@ -74,14 +74,18 @@ class VariableRanges {
     }
   }
   [[nodiscard]] double of(std::size_t i) const {
-    return beyond(1e-6, i);  // in other points found for the same one
+    constexpr double kOfOnePoint = 1e-6;  // of the size: how searches for the same point may differ
+    return spread_or_size(i, kOfOnePoint);
   }
-  /// The same, where any values but those of one point differ: how far a solve moved the variable.
-  [[nodiscard]] double moved(std::size_t i) const { return beyond(1e-12, i); }
+  /// How far a solve moved the variable, however little: more than rounding.
+  [[nodiscard]] double moved(std::size_t i) const {
+    constexpr double kOfRounding = 1e-12;  // of the size
+    return spread_or_size(i, kOfRounding);
+  }
 
  private:
   /// least: of the size; a spread below it is that of one value.
-  [[nodiscard]] double beyond(double least, std::size_t i) const {
+  [[nodiscard]] double spread_or_size(std::size_t i, double least) const {
     constexpr double kNoBound = 1e19;  // nlp_upper_bound_inf
     if (box_[i] < kNoBound) return box_[i];
     const double spread = most_[i] - least_[i];
@@ -92,9 +96,9 @@ class VariableRanges {
   std::vector<double> box_, least_, most_;
 };
 
-/// Of what differences in a variable step by a share, so that units do not matter: its size, at v or
-/// at the start, but no more than half of its box and no less than a tenth of that, or than 1 in a
-/// wide one. A start of 0 without a box says nothing: then at least 1.
+/// Of what differences in a variable step by a share, so that units do not matter: its size, at v
+/// or at the start, but no more than half of its box and no less than a tenth of that, or than 1 in
+/// a wide one. A start of 0 without a box says nothing: then at least 1.
 [[nodiscard]] inline double length_of(double v, double start, double lower, double upper) {
   constexpr double kNoBound = 1e19, kLeastShare = 0.1;
   const double half = 0.5 * (upper - lower);

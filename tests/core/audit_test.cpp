@@ -592,8 +592,8 @@ TEST(Audit, ARowIsViolatedBesideWhatXMoves) {
 }
 
 TEST(Audit, AWorstCaseBesideAKnownOneIsAnotherIfItIsHigher) {
-  // max x with 2 x y - y^2 <= 4 for all y: x = 2. y = unit (v - 1e4): its maxima differ by less than
-  // 1e-6 of v, and far away the row is -1e18 or less.
+  // max x with 2 x y - y^2 <= 4 for all y: x = 2. y = unit (v - 1e4): its maxima differ by less
+  // than 1e-6 of v, and far away the row is -1e18 or less.
   for (const double unit : {1e4, 1e5}) {
     Model model;
     const Expression x =
@@ -666,7 +666,8 @@ TEST(Audit, FMayBeConstantInVariablesWithoutBounds) {
 }
 
 TEST(Audit, ABoundOfYWrittenAsARowDecidesNothing) {
-  // p'A q on simplices, A = [[2, 0, 2], [2, -1, 2]]: every p is as good, with q1 >= 0 as a row, too.
+  // p'A q on simplices, A = [[2, 0, 2], [2, -1, 2]]: every p is as good, with q1 >= 0 as a row,
+  // too.
   for (const bool as_row : {false, true}) {
     Model model;
     const Expression p = model.variable(kMin, "p", 0.0, kNoBound);

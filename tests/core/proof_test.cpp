@@ -114,7 +114,7 @@ TEST(Proof, ConstraintsOfMax) {
   const std::vector<double> v = {0.0, 0.0, 0.0};
   const WorstCaseProof proof = prove_worst_case(problem, v, {});
   expect_proved(proof, 5.0);
-  EXPECT_LT(proof.boxes, 20000);
+  EXPECT_LT(proof.boxes, 1000);  // without multipliers of the rows 17,000 touch the circle
 }
 
 TEST(Proof, ThereMayBeNoY) {

@@ -81,8 +81,8 @@ class Slow final : public ForwardingProblem {
 };
 
 TEST(TimeLimit, OfALongInnerMaximization) {
-  // y climbs a curved ridge, -Rosenbrock's function, in one inner phase: no fast step leads away from
-  // where x has the wrong curvature.
+  // y climbs a curved ridge, -Rosenbrock's function, in one inner phase: no fast step leads away
+  // from where x has the wrong curvature.
   Model model;
   const Expression x = model.variable(kMin, "x");
   const Expression y0 = model.variable(kMax, "y0");

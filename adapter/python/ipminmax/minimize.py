@@ -380,7 +380,9 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
     names = ["" if row.name.startswith("constraints[") else row.name if row.size == 1 else f"{row.name}[{k}]"
              for row, k in game.places]  # those that the user gave
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower, game.box.upper,
-                      *(np.concatenate(side) for side in zip(*sides or [([], [])])), players, game.owners(), game.names, names)
+                      np.concatenate([s[0] for s in sides]) if sides else None,
+                      np.concatenate([s[1] for s in sides]) if sides else None,
+                      players, game.owners(), game.names, names)
     of = weakref.ref(problem)
     problem.check_derivatives = False  # here it is done for one function after the other
     if not options.pop("disp", False):

@@ -514,7 +514,7 @@ def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector
         if f.value(model.start, model.w0, 0).size != model.s0.size:
             raise ValueError(f"equations of Recourse has {f.value(model.start, model.w0, 0).size} values, but there "
                              f"are {model.s0.size} states")
-        model.stack(f, *[np.zeros(model.s0.size)] * 2, model.scenarios, "max", "equations of Recourse")
+        model.stack(f, np.zeros(model.s0.size), np.zeros(model.s0.size), model.scenarios, "max", "equations of Recourse")
     return limits
 
 
