@@ -671,6 +671,18 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
          .constraints = {}},
         result);
   }
+  const KktError& error = result.error;
+  if (is_certified(result) &&
+      error.complementarity > std::max(options.compl_inf_tol, error.total)) {  // hidden by s_c
+    revoke_certificate(
+        {.kind = CertificateReason::Kind::Search,
+         .player = Player::Min,
+         .text = "the complementarity error exceeds compl_inf_tol: f may be off by " +
+                 number_text(error.complementarity, 2),
+         .variables = {},
+         .constraints = {}},
+        result);
+  }
   if (!is_certified(result) || y.open.empty()) return;
   CertificateReason open{.kind = CertificateReason::Kind::RobustRow,
                          .player = Player::Max,

@@ -81,16 +81,12 @@ std::optional<std::size_t> highest_branch(Index row_of_f, const RobustCopies& co
   return best;
 }
 
-/// Multipliers and errors in the units of the model.
+/// Multipliers in the units of the model.
 void take_units_back(const RowUnits& units, Result& result) {
   for (const auto j : indices(result.lambda))
     result.lambda[j] = units.multiplier(j, result.lambda[j]);
   for (auto* z : {&result.z_lower, &result.z_upper}) {
     for (double& value : *z) value /= units.objective;
-  }
-  for (double* error :
-       {&result.error.dual_min, &result.error.dual_max, &result.error.complementarity}) {
-    *error /= units.objective;
   }
 }
 

@@ -16,7 +16,7 @@ class BarrierUpdate {
   /// first: where the solve begins.
   BarrierUpdate(const MethodContext& context, const Point& first)
       : context_(context),
-        least_(final_barrier(context.options, context.canonical.objective_scale())),
+        least_(final_barrier(context.options, context.canonical.user_objective_scale())),
         mu_(std::max(context.options.mu_init, least_)) {
     if (context.options.mu_strategy == BarrierStrategy::Adaptive)
       static_cast<void>(change_rule(first));
@@ -64,7 +64,7 @@ class BarrierUpdate {
     }
     adaptive_.emplace(
         context_.options, least_,
-        least_adaptive_barrier(context_.options, context_.canonical.objective_scale()),
+        least_adaptive_barrier(context_.options, context_.canonical.user_objective_scale()),
         products.average);
     rhs_ = step_ = affine_ = zero_step(context_.canonical);
     return true;

@@ -230,8 +230,10 @@ class CanonicalProblem : Kept<CanonicalArrays> {
     return row_scale_[at(constraint)];
   }
   [[nodiscard]] double objective_scale() const { return objective_scale_; }
-  /// ProblemStructure::objective_factor.
-  [[nodiscard]] double objective_factor() const { return structure_.objective_factor; }
+  /// Factor, without its sign, by which f of the model that tolerances are meant for was scaled.
+  [[nodiscard]] double user_objective_scale() const {
+    return std::abs(objective_scale_) * structure_.objective_factor;
+  }
   /// Factor by which a canonical variable was scaled.
   [[nodiscard]] double variable_scale(Index variable) const { return col_scale_[at(variable)]; }
 

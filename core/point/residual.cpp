@@ -100,7 +100,7 @@ KktError kkt_error(const CanonicalProblem& canonical, const Point& point, double
   error.scaled_primal = scaled.primal;
   error.scaled_dual = std::max(scaled.dual_min, scaled.dual_max);
   error.scaled_complementarity = scaled.complementarity;
-  const double f_scale = std::abs(canonical.objective_scale());
+  const double f_scale = canonical.user_objective_scale();
   for (Index j = 0; j < canonical.constraints(); ++j) {
     error.primal =
         largest(error.primal, std::abs(point.evaluation.c[j]) / canonical.constraint_scale(j));

@@ -15,17 +15,19 @@ bool is_within_tolerances(const KktError& error, const SolverOptions& options) {
          error.primal <= options.constr_viol_tol && error.complementarity <= options.compl_inf_tol;
 }
 
+bool is_within_acceptable_tolerances(const KktError& error, const SolverOptions& options) {
+  return error.total <= options.acceptable_tol &&
+         std::max(error.dual_min, error.dual_max) <= options.acceptable_dual_inf_tol &&
+         error.primal <= options.acceptable_constr_viol_tol &&
+         error.complementarity <= options.acceptable_compl_inf_tol;
+}
+
 bool FirstOrderTest::is_acceptable(const Point& point) {
-  const KktError& error = point.error;
-  return options_.acceptable_iter > 0 && error.total <= options_.acceptable_tol &&
-         std::max(error.dual_min, error.dual_max) <= options_.acceptable_dual_inf_tol &&
-         error.primal <= options_.acceptable_constr_viol_tol &&
-         error.complementarity <= options_.acceptable_compl_inf_tol &&
+  return options_.acceptable_iter > 0 && is_within_acceptable_tolerances(point.error, options_) &&
          is_balanced(point, options_.acceptable_tol);
 }
 
 bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
-  tolerance *= std::min(1.0, canonical_.objective_factor());
   if (std::max(point.error.dual_min, point.error.dual_max) <= tolerance) return true;
   constexpr double kBalanced = 1e-4;  // |sum| over its largest term
   const Iterate& z = point.iterate;
@@ -43,7 +45,7 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
     by_rounding_[row] += std::abs(e.hessian[k] * z.v[col]);
     if (row != col) by_rounding_[col] += std::abs(e.hessian[k] * z.v[row]);
   }
-  const double f_scale = std::abs(canonical_.objective_scale());
+  const double f_scale = canonical_.user_objective_scale();
   for (Index i = 0; i < terms_.size(); ++i) {
     const double own = point.dual[i] / canonical_.weight(i, z);
     const double error = std::abs(own) * canonical_.variable_scale(i) / f_scale;

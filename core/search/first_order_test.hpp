@@ -10,6 +10,8 @@ namespace ipminmax {
 
 /// Ipopt's termination test.
 [[nodiscard]] bool is_within_tolerances(const KktError& error, const SolverOptions& options);
+[[nodiscard]] bool is_within_acceptable_tolerances(const KktError& error,
+                                                   const SolverOptions& options);
 
 /// Whether the iterates meet the tolerances of the first-order conditions, or the acceptable ones
 /// for long enough. As Ipopt's, and the gradient of the Lagrangian is small beside its terms: s_d

@@ -80,7 +80,7 @@ SearchOutcome Search::ended(Status status, std::string message) const {
 /// and was refused, if there is one.
 SearchOutcome Search::given_up(Status status, std::string message) {
   if (arrays_.best.rank().is_unmet ||
-      !(arrays_.best.point().error.total <= context_.options.acceptable_tol) ||
+      !is_within_acceptable_tolerances(arrays_.best.point().error, context_.options) ||
       purpose_ != Purpose::Solution || stopped_from_outside(status) ||
       status == Status::OuterUnbounded || status == Status::DivergingIterates) {
     return ended(status, std::move(message));

@@ -450,6 +450,26 @@ TEST(Audit, TheEpigraphFormIsSolvedAsAccuratelyAsTheModel) {
   }
 }
 
+TEST(Audit, TheEpigraphFormIsAsComplementaryAsTheModel) {
+  // (a - 3)^2 + (b - 2)^2, a (Y^2 + Y)/2 + b (Y^2 - Y)/2 <= 1 for |Y| <= 1: 5 at a = b = 1. Units in
+  // which f is 1e13 near the start.
+  Model model;
+  const Expression a = 100.0 * model.variable(kMin, "a");
+  const Expression b = 1e6 * (model.variable(kMin, "b") - 1e4);
+  const Expression y = 1e3 * model.variable(kMax, "y", -1e-3, 1e-3);
+  model.objective(square(a - 3.0) + square(b - 2.0));
+  model.constraint(0.5 * a * (square(y) + y) + 0.5 * b * (square(y) - y), -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.0, 1e4, 1e-4});
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  const Result result = solve(problem, options);
+  const bool claims =
+      result.status == Status::Solved || result.certificate.kind == PointKind::LocalMinmax;
+  EXPECT_TRUE(!claims || std::abs(result.objective - 5.0) < 1e-4)
+      << result.message << ": " << result.objective;
+  EXPECT_LE(result.error.complementarity, options.acceptable_compl_inf_tol);
+}
+
 TEST(Audit, AStepIsNoRestBesideAVariableThatHasGoneFar) {
   // The least t with (x - .3) y <= t for |y| <= 1: 0 at x = .3.
   for (const double x_unit : {1.0, 1e-6}) {
