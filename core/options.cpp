@@ -219,8 +219,8 @@ Rows start_options() {
               {"at bound_mult_init_val", "at mu_init over the distance to the bound"})},
       {"constr_mult_init_max", category,
        "Constraint multipliers start at least-squares estimates if none exceeds this. Otherwise, "
-       "and with 0, they start at zero. Exception: with bound_mult_init_method mu-based those of "
-       "inequalities then start at the bound multiplier of their slack.",
+       "and with 0, they start at zero, but those of inequalities at the bound multiplier of their "
+       "slack if bound_mult_init_method is mu-based.",
        nonnegative(&O::constr_mult_init_max)},
       {"warm_start_init_point", category,
        "Whether multipliers start from values that the model gives.",
@@ -275,7 +275,8 @@ Rows barrier_strategy_options() {
   return {
       {"minmax_barrier_rule", category, "How the barrier parameter decreases.",
        choice(&O::minmax_barrier_rule, {"ipopt", "paper"},
-              {"mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_epsilon mu",
+              {"mu <- max(min(tol, compl_inf_tol)/11, min(kappa_mu mu, mu^theta_mu)) while E_mu <= "
+               "kappa_epsilon mu",
                "mu <- sigma mu after a step with |g(z,mu)| <= mu (Algorithm 1; g is the residual "
                "of the first-order conditions)"})},
       {"mu_strategy", category, "Whether the barrier parameter only decreases.",

@@ -107,10 +107,10 @@ struct CertificateReason {
     Relaxed  ///< a remark: bound_relax_factor moved an active bound by much, relative to its size
   };
   Kind kind = Kind::Effort;
-  Player player = Player::Min;     ///< the player that it is about
-  std::string text;                ///< a sentence with the names of the model
-  std::vector<Index> variables;    ///< indices of the model's variables that it is about
-  std::vector<Index> constraints;  ///< indices of the model's constraints
+  Player player = Player::Min;       ///< the player that it is about
+  std::string text{};                ///< a sentence with the names of the model
+  std::vector<Index> variables{};    ///< indices of the model's variables that it is about
+  std::vector<Index> constraints{};  ///< indices of the model's constraints
 };
 
 /// Result of the second-order test at the returned point, with all regularization off. Inertias are

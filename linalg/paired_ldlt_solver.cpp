@@ -21,7 +21,7 @@ constexpr double kWeak = 0.64;
 constexpr double kStrong = 0.1;
 constexpr std::size_t kMostVisits = 1000;
 /// Rows that may be eliminated last, whatever they fill.
-constexpr std::ptrdiff_t kFew = 8;
+constexpr std::ptrdiff_t kMostLast = 8;
 
 /// visit(row, column, value) for the entries below the diagonal.
 template <class Visit>
@@ -170,7 +170,7 @@ void postpone(std::span<const Triplet> edges, const Array<bool>& waits, Array<In
   const auto waiting = std::ranges::count(waits, true);
   if (waiting == 0) return;
   Array<Index> last = position;
-  if (waiting <= kFew) {
+  if (waiting <= kMostLast) {
     for (std::size_t k = 0; k < waits.size(); ++k) {
       if (waits[k]) last[k] = static_cast<Index>(waits.size());
     }

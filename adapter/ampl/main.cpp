@@ -177,10 +177,10 @@ void require_standard_output() {
 
 void print_answer(const RunOptions& options, int print_level, const std::string& message,
                   const ipminmax::Result& result, const ipminmax::NlProblem& problem) {
-  constexpr std::size_t kFew = 20;
+  constexpr std::size_t kMostPrinted = 20;
   if (options.print_message) std::cout << message << '\n';
   const bool by_hand = options.few_variables && print_level > 0 && !result.v.empty();
-  const bool few = result.v.size() <= kFew;
+  const bool few = result.v.size() <= kMostPrinted;
   if (options.print_variables || (by_hand && few)) {
     std::cout << '\n';
     ipminmax::print_variables(std::cout, result, problem);

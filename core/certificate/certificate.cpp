@@ -40,7 +40,8 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
   }
   if (!(std::max(trial.test.inner_response, trial.test.full_response) <= kIndependent))
     return FirstLook::Unclear;
-  const double share = kSlight / std::max(1.0, trial.test.full_response);
+  constexpr double kAccuracy = 1e-4;  // of the Newton step
+  const double share = kAccuracy / std::max(1.0, trial.test.full_response);
   // Two references: more would be an allocation of std::function.
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return system.kkt.solve_unshifted(system.assembled(), rhs, step, {.ratio = share});

@@ -8,6 +8,9 @@ namespace ipminmax {
 
 namespace {
 
+/// Of a multiplier or distance: less is nothing but rounding.
+constexpr double kLeastLeft = 1e-3;
+
 using namespace parameters::certificate;
 
 using Kind = CertificateReason::Kind;
@@ -109,7 +112,8 @@ bool leave_out_rows(TestContext& c, TrialPoint& next) {
 bool needs_newton_step(TestContext& c, const TrialPoint& here) {
   const bool there = here.converges && max_norm(here.newton.error) <= c.margin() &&
                      gradients_hold(here) && !here.is_far;
-  return here.newton.set_holds && !there && here.steps < kFew;
+  constexpr int kMostSteps = 4;
+  return here.newton.set_holds && !there && here.steps < kMostSteps;
 }
 
 /// To the end of the Newton step, where W changes by less on the rest of the way.
@@ -132,7 +136,8 @@ bool has_other_path(TestContext& c, const TrialPoint& here) {
 /// x*, for any eps > 0 and lengths |.|. That function's answer is unique, and x* is its strict
 /// minimum, so one of phi, where K with eps is right.
 bool allow_other_answers(TestContext& c, TrialPoint& next) {
-  next.proximal = kSlight;
+  constexpr double kEps = 1e-4;
+  next.proximal = kEps;
   next.scaling = certain_scaling(c, next);
   ActiveSetSystem system(c.canonical, c.kkt, next.set, next.scaling, next.point.evaluation);
   return !second_order_test(system, {}, c.margin(), 0.0, true).inner &&
@@ -194,7 +199,8 @@ bool reports_solution(TestContext& c, TrialPoint& trial) {
   const Point& reported = trial.moved ? *trial.moved : c.given;
   const Iterate &here = trial.point.iterate, &last = trial.newton.end;
   const auto near = [&](const Vector& from, const Vector& to) {
-    return is_near(c, from, to, trial.scaling, kTrace);
+    constexpr double kNear = 1e-3;  // of the point's size
+    return is_near(c, from, to, trial.scaling, kNear);
   };
   const bool ends = near(here.v, last.v);
   if (ends && here.v == reported.iterate.v) return true;
@@ -255,7 +261,8 @@ bool change_set(TestContext& c, TrialPoint& here) {
     if (found == BoundClass::Inactive && here.set.distance(c.canonical, end, i) <= 0.0) {
       end.v[i] = here.point.iterate.v[i] + side * kShareOfWay * distance;
       found = BoundClass::Active;
-    } else if (found == BoundClass::Active && here.set.multiplier(end, i) <= kTrace * multiplier) {
+    } else if (found == BoundClass::Active &&
+               here.set.multiplier(end, i) <= kLeastLeft * multiplier) {
       found = BoundClass::Inactive;  // a negative one is kept above zero
     }
   }
@@ -275,7 +282,7 @@ bool guess_holds(const TestContext& c, const TrialPoint& here) {
       return here.set[i] == BoundClass::Active ? here.set.multiplier(z, i)
                                                : here.set.distance(c.canonical, z, i);
     };
-    if (!(left(here.newton.end) >= kTrace * left(c.given.iterate))) return false;
+    if (!(left(here.newton.end) >= kLeastLeft * left(c.given.iterate))) return false;
   }
   return true;
 }
@@ -303,7 +310,8 @@ std::optional<TrialPoint> with_guessed_set(TestContext& c) {
         reports_solution(c, here)) {
       return here;
     }
-    if (!here.newton.done || ++steps > kFew || !change_set(c, here)) break;
+    constexpr int kMostChanges = 4;
+    if (!here.newton.done || ++steps > kMostChanges || !change_set(c, here)) break;
   }
   return {};
 }

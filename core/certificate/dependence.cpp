@@ -99,7 +99,7 @@ struct DependenceSearch {
     };
     orthogonalize();
     // To rounding: constraints that follow from others are known by a sum that stays what it is.
-    for (int k = 0; k < 2 || (k < kFew && length_of(w) > kRounding); ++k) {
+    for (int k = 0; k < 2 || (k < kNullIterations && length_of(w) > kRounding); ++k) {
       const double before = w.norm();
       if (!(before > 0.0)) return false;
       rhs.lambda = w;
@@ -111,7 +111,8 @@ struct DependenceSearch {
       }
       orthogonalize();
       const double norm = w.norm();
-      if (!std::isfinite(norm) || norm * kRelaxation < kSlight * before) return false;
+      constexpr double kLeastGrowth = 1e-4;  // over that of a null vector
+      if (!std::isfinite(norm) || norm * kRelaxation < kLeastGrowth * before) return false;
       w /= norm;
     }
     // Short but not zero, as the states of long or unstable trajectories make it: each step has
@@ -221,11 +222,12 @@ struct DependenceSearch {
 
   bool constant(const Vector& weights, double value, bool of_max) {
     Vector values = Vector::Zero(canonical.constraints());
-    for (int trial = 0; trial < kEnough; ++trial) {
+    constexpr int kPlaces = 3, kShortenings = 4;
+    for (int trial = 0; trial < kPlaces; ++trial) {
       double length = 1.0;
       Vector v = moved(trial, length, of_max);
       for (int k = 0; canonical.constraints(v, values) != EvaluationStatus::Ok; ++k) {
-        if (k == kFew) return false;
+        if (k == kShortenings) return false;
         length *= 0.1;
         v = moved(trial, length, of_max);
       }
@@ -254,8 +256,9 @@ struct DependenceSearch {
     for (Index j = 0; j < canonical.constraints(); ++j) counted += system.counts(j) ? 1 : 0;
     // Rows beyond the number of variables depend on others.
     const Index variables = canonical.x().size() + canonical.y().size();
+    constexpr Index kLeastCombinations = 16;
     const Index most =
-        std::max<Index>(kMany, kDependentEntries / (variables + canonical.constraints()));
+        std::max(kLeastCombinations, kDependentEntries / (variables + canonical.constraints()));
     normalize();
     answer.complete = counted - variables <= most && factorize();
     if (!answer.complete) return answer;

@@ -121,8 +121,8 @@ struct CornerCheck {
 
   /// Beyond what the point and bound_relax_factor keep from any of the bounds.
   double reach(Index i) const {
-    constexpr double kBeyond = 10.0;
-    return size(i) * std::min(kHardly + kBeyond * off, kSmall);
+    constexpr double kBeyond = 10.0, kFarthest = 1e-2;
+    return size(i) * std::min(kHardly + kBeyond * off, kFarthest);
   }
 
   /// The first direction goes far in every other variable, the second one in those between.

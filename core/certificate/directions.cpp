@@ -68,12 +68,13 @@ struct DirectionSearch {
       }
       for (const Vector& other : found) d -= part(other).dot(part(d)) * other;
     };
+    constexpr double kSettled = 1e-2;  // change of the curvature
     bool grew = true;
     double last = 0.0;
     const auto stop = [&](int k, double growth) {
       grew = k == 0 || growth >= least_growth;
       const double now = (inner ? 1.0 : -1.0) * curvature(step.v);
-      const bool settled = k > 1 && now > 0.0 && std::abs(now - last) <= kSmall * now;
+      const bool settled = k > 1 && now > 0.0 && std::abs(now - last) <= kSettled * now;
       last = now;
       return !grew || settled;
     };
@@ -173,10 +174,12 @@ struct DirectionSearch {
     const Vector none = Vector::Zero(canonical.constraints());
     if (!is_inside(trial.v, none) || !evaluate(trial)) return arc;  // corrections are small
     const double scale = stationary ? std::abs(along) : along * along;
-    const double small = stationary ? kRootOfRounding : kSmall;
+    constexpr double kFeasible = 1e-2;  // over the square of the step
+    const double small = stationary ? kRootOfRounding : kFeasible;
     const double negligible = stationary ? kLittle * kRootOfRounding : kHardly;
     double residual = 0.0;
-    for (int k = 0; k < kSeveral; ++k) {
+    constexpr int kMostRefinements = 6;
+    for (int k = 0; k < kMostRefinements; ++k) {
       if (!correct(trial, residual)) return arc;
       if (residual <= negligible * scale) break;
     }
@@ -215,10 +218,12 @@ struct DirectionSearch {
                            .lambda_x = kRelaxation,
                            .lambda_y = kRelaxation});
       };
+      constexpr int kMostShifts = 16, kIterations = 16;
+      constexpr double kLeastGrowth = 1e-3;  // over that of a vanishing eigenvalue
       for (int k = 0; !is_right(); ++k, shift *= kGrowth) {
-        if (k == kMany) return {};
+        if (k == kMostShifts) return {};
       }
-      if (const auto direction = least_curvature(kTrace / shift, kMany)) {
+      if (const auto direction = least_curvature(kLeastGrowth / shift, kIterations)) {
         const double wrong = (inner ? 1.0 : -1.0) * curvature(*direction);
         if (wrong > 0.0) {
           double least = kClearlyWrong * margin * direction->squaredNorm();
@@ -236,7 +241,8 @@ struct DirectionSearch {
 
   std::optional<WrongCurvature> try_steps(const Vector& step, double wrong, double distance) const {
     double along = kLittle * std::max(1.0, length(point.iterate.v));
-    for (int k = 0; k < kMany && along >= distance / kLittle; ++k, along *= kShorter) {
+    constexpr int kLengths = 16;
+    for (int k = 0; k < kLengths && along >= distance / kLittle; ++k, along *= kShorter) {
       // In both directions, so that no slope left over counts.
       if (gains(step, wrong, along) && gains(step, wrong, -along))
         return WrongCurvature{owner, step};
@@ -296,7 +302,8 @@ struct DirectionSearch {
           look_for_descent(step, sign * along, bend, arc);
           return false;
         }
-        if (++constant == kEnough) return true;
+        constexpr int kAgreeing = 3;
+        if (++constant == kAgreeing) return true;
       }
     }
     return false;
@@ -306,8 +313,10 @@ struct DirectionSearch {
   void collect(double margin, double proximal = 0.0) {
     if (!right_with({.x = inner ? 0.0 : margin, .y = inner ? margin : proximal - margin})) return;
     const double most = margin / kLittle;
-    while (found.size() < kSeveral) {
-      auto direction = least_curvature(kLittle / most, kFew);
+    constexpr std::size_t kMostDirections = 6;
+    constexpr int kIterations = 4;
+    while (found.size() < kMostDirections) {
+      auto direction = least_curvature(kLittle / most, kIterations);
       if (!direction || std::abs(curvature(*direction)) > most * direction->squaredNorm()) break;
       found.push_back(std::move(*direction));
     }

@@ -329,8 +329,9 @@ struct ActiveSetNewton {
       double& multiplier = multiplier_of(z, i, side);
       const double after =
           side < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);
+      constexpr double kKept = 1e-3;  // of a multiplier that would change its sign
       if (system.is_fixed(i) && set.side_of(i) == side) {
-        multiplier = std::max(-side * canonical.sign(i) * work.gradient[i], kTrace * multiplier);
+        multiplier = std::max(-side * canonical.sign(i) * work.gradient[i], kKept * multiplier);
       } else if (after > 0.0) {
         multiplier *= before / after;
       }

@@ -83,7 +83,8 @@ bool is_unread(const TestContext& c, const ActiveSetSystem& system, const TrialP
   const Vector &v = trial.point.iterate.v, &start = canonical.starting_point().v;
   const Index n = canonical.variables(), m = canonical.constraints();
   Evaluation there = trial.point.evaluation;
-  for (Index k = 0; k < kSeveral; ++k) {
+  constexpr Index kPlaces = 6;
+  for (Index k = 0; k < kPlaces; ++k) {
     Vector place = k % 2 == 0 ? v : start;
     for (Index i = 0; i < n; ++i) {
       const double size = v[i] != start[i] ? std::abs(v[i] - start[i]) : trial.scaling.variable[i];

@@ -65,8 +65,9 @@ constexpr double kUnread = 1e-10;  ///< slope along a step that nothing reads, o
 constexpr Index kDependentEntries = 200000;
 /// Largest combination of rows of length one that counts as zero.
 constexpr double kDependent = 1e-7;
-/// After kFew steps of inverse iteration a larger combination is not zero: 3 times the square root
-/// of kRelaxation.
+/// Steps of inverse iteration; after them a larger combination than this is not zero: 3 times the
+/// square root of kRelaxation.
+constexpr int kNullIterations = 4;
 constexpr double kClearlyIndependent = 3e-5;
 constexpr double kFirm = 1e6;  ///< factor of the barrier curvatures that hold bounds
 

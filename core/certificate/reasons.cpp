@@ -13,17 +13,20 @@ namespace {
 
 using namespace parameters::certificate;
 
+constexpr std::size_t kMostNames = 4;  ///< in a sentence
+
 Player player_of(bool max) { return max ? Player::Max : Player::Min; }
 std::string in_brackets(Player player) { return player == Player::Min ? " (Min)" : " (Max)"; }
 std::string and_more(std::size_t named) {
-  return named > kFew ? " and " + std::to_string(named - kFew) + " more" : "";
+  return named > kMostNames ? " and " + std::to_string(named - kMostNames) + " more" : "";
 }
 
 }  // namespace
 
 void Reasons::add(CertificateReason reason) {
   const auto same = [&](const CertificateReason& other) { return other.kind == reason.kind; };
-  if (std::ranges::count_if(reasons_, same) < kMany) reasons_.push_back(std::move(reason));
+  constexpr int kMostOfAKind = 16;
+  if (std::ranges::count_if(reasons_, same) < kMostOfAKind) reasons_.push_back(std::move(reason));
 }
 
 std::string Reasons::name_of_row(Index constraint) const {
@@ -41,8 +44,7 @@ void Reasons::add_about(Kind kind, Index i, const std::string& before, const std
   add({.kind = kind,
        .player = player,
        .text = before + canonical_.variable_name(variable) + in_brackets(player) + after,
-       .variables = {variable},
-       .constraints = {}});
+       .variables = {variable}});
 }
 
 void Reasons::add_about_row(Kind kind, Index j, const std::string& before,
@@ -50,9 +52,7 @@ void Reasons::add_about_row(Kind kind, Index j, const std::string& before,
   const Player player = player_of(canonical_.max_constraints().contains(j));
   CertificateReason reason{.kind = kind,
                            .player = player,
-                           .text = before + name_of_row(j) + in_brackets(player) + after,
-                           .variables = {},
-                           .constraints = {}};
+                           .text = before + name_of_row(j) + in_brackets(player) + after};
   if (const Index row = canonical_.model_constraint(j); row >= 0) reason.constraints = {row};
   add(std::move(reason));
 }
@@ -70,11 +70,7 @@ void Reasons::add_dependences(const Dependences& dependences) {
   for (const Dependence& dependence : dependences.found) {
     const Player player = player_of(canonical_.max_constraints().contains(dependence.row));
     CertificateReason reason{
-        .kind = dependence.vanishing ? Kind::VanishingGradient : Kind::Dependent,
-        .player = player,
-        .text = {},
-        .variables = {},
-        .constraints = {}};
+        .kind = dependence.vanishing ? Kind::VanishingGradient : Kind::Dependent, .player = player};
     std::string others;
     std::size_t named = 0;
     const double largest = dependence.weights.cwiseAbs().maxCoeff();
@@ -82,7 +78,7 @@ void Reasons::add_dependences(const Dependences& dependences) {
       if (std::abs(dependence.weights[j]) < kZero * largest) continue;
       if (canonical_.model_constraint(j) >= 0)
         reason.constraints.push_back(canonical_.model_constraint(j));
-      if (j != dependence.row && ++named <= kFew)
+      if (j != dependence.row && ++named <= kMostNames)
         others += (named == 1 ? "" : ", ") + name_of_row(j);
     }
     others = named == 0 ? "active bounds" : others + and_more(named);
@@ -105,7 +101,8 @@ void Reasons::add_relaxed(const Iterate& iterate, const VariableScaling& scaling
                           const SolverOptions& options) {
   // Not beside the start, which was pushed off its bounds.
   const double others = std::max(longest(canonical_, iterate.v, scaling), 1.0);
-  double most = kTrace;
+  constexpr double kCounts = 1e-3;  // of a bound's size
+  double most = kCounts;
   Index variable = -1;
   for_each_bound(canonical_, iterate.v, [&](Index i, int side, double distance) {
     const double relaxed = relaxation_of(canonical_, i, side, options);
@@ -130,12 +127,12 @@ void Reasons::add_direction(Kind kind, Player player, const Vector& step, const 
   if (!(largest > 0.0)) return;
   std::ranges::stable_sort(
       entries, [](const auto& a, const auto& b) { return std::abs(a.first) > std::abs(b.first); });
-  CertificateReason reason{
-      .kind = kind, .player = player, .text = before, .variables = {}, .constraints = {}};
+  CertificateReason reason{.kind = kind, .player = player, .text = before};
   for (const auto& [value, i] : entries) {
-    if (std::abs(value) < kTrace * largest) break;
+    constexpr double kNamed = 1e-3;  // share of the largest entry
+    if (std::abs(value) < kNamed * largest) break;
     const Index variable = canonical_.model_variable(i);
-    if (reason.variables.size() < kFew) {
+    if (reason.variables.size() < kMostNames) {
       char size[32];
       std::snprintf(size, sizeof size, "%s %+.3g ", reason.variables.empty() ? "" : ",",
                     value / largest);

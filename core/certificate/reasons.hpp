@@ -27,11 +27,7 @@ class Reasons {
   }
   void add(CertificateReason reason);
   void add(Kind kind, Player player, std::string text) {
-    add({.kind = kind,
-         .player = player,
-         .text = std::move(text),
-         .variables = {},
-         .constraints = {}});
+    add({.kind = kind, .player = player, .text = std::move(text)});
   }
   /// Adds before + name + after, with the name of a canonical variable or of a slack's inequality.
   void add_about(Kind kind, Index i, const std::string& before, const std::string& after = {});

@@ -49,7 +49,8 @@ struct Scaler {
         (d[i] == kUnknown ? d[i] : d[j]) = inverse(entry * std::max(d[i], d[j]));
       }
     });
-    for (int sweep = 0; sweep < kFew; ++sweep) {
+    constexpr int kSweeps = 4;
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
       Vector& norms = arrays.norms;
       norms.setZero(d.size());
       for_own(max, [&](Index i, Index j, double entry) {
@@ -86,7 +87,8 @@ struct Scaler {
   void spread_by_constraints() {
     Vector& columns = arrays.columns;
     bool found = true;
-    for (int round = 0; found && (d.array() == kUnknown).any() && round < kMany; ++round) {
+    constexpr int kRounds = 16;
+    for (int round = 0; found && (d.array() == kUnknown).any() && round < kRounds; ++round) {
       set_row_norms();
       columns.setZero(d.size());
       for_each_entry(canonical.jacobian(), evaluation.jacobian,
@@ -115,7 +117,8 @@ struct Scaler {
     is_done.resize(canonical.constraints());
     for (Index j = 0; j < is_done.size(); ++j) is_done[j] = canonical.slack_of(j) >= 0;
     bool any = true;
-    for (int round = 0; any && round < kMany; ++round) {
+    constexpr int kRounds = 16;
+    for (int round = 0; any && round < kRounds; ++round) {
       arrays.terms.assign(at(canonical.constraints()), {});
       for_each_entry(canonical.jacobian(), evaluation.jacobian,
                      [&](Index row, Index col, double value) {

@@ -286,7 +286,8 @@ bool is_near(const TestContext& c, const Vector& from, const Vector& to,
       const double length = std::abs(to[i] - from[i]), unit = size * scaling.variable[i];
       if (!(length <= share * unit)) return false;
       const double own_size = std::max(std::abs(from[i]), std::abs(start[i]));
-      if (length > kTrace * own_size && (length > kTrace || length > c.far() * unit)) return false;
+      constexpr double kFar = 1e-3;  // beside the variable's own size, and in the problem's units
+      if (length > kFar * own_size && (length > kFar || length > c.far() * unit)) return false;
     }
   }
   return true;

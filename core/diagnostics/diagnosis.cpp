@@ -89,9 +89,10 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
   }
   const VariableScaling scaling = variable_scaling(canonical, v, here);
   DifferenceArrays arrays;
+  constexpr double kWrong = 1e-3;
   if (const auto wrong = compare_second_derivatives(canonical, v, lambda, here,
                                                     generic_step(canonical, v, parameters::kHardly),
-                                                    scaling.variable, parameters::kTrace, arrays)) {
+                                                    scaling.variable, kWrong, arrays)) {
     return "the second derivatives in " + canonical.column_name(wrong->index) +
            " look wrong at the last point" + beside(*wrong) + "\ntry derivative_test second-order";
   }
@@ -202,7 +203,8 @@ std::string wrong_gradient_beside(Problem& problem, const SolverOptions& options
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   if (!canonical.build().empty()) return {};
-  const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, parameters::kTrace);
+  constexpr double kAside = 1e-3;
+  const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, kAside);
   Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
   if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
   return find_wrong_gradient(canonical, v, here, "beside the answer");

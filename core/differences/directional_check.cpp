@@ -154,7 +154,8 @@ std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
   const auto measured = measure_slopes(canonical, v, step, 1.0);
   if (!measured) return std::nullopt;
   const auto deviates = [&](const MeasuredSlopes& by, Index row) {
-    const double allowed = parameters::kSlight * std::max(size[row], std::abs(by.better[row])) +
+    constexpr double kAgrees = 1e-4;  // beside the terms
+    const double allowed = kAgrees * std::max(size[row], std::abs(by.better[row])) +
                            kDoubt * by.doubt[row] + by.rounding[row];
     return std::abs(by.better[row] - slope[row]) / allowed;
   };

@@ -106,7 +106,8 @@ void FiniteDifferenceHessian::verify_detection(std::span<const double> start, In
   std::uniform_real_distribution<double> multiplier(0.5, 1.5);
   std::vector<double> point, values, errors;
   FirstDerivatives unused;
-  for (int passed = 0; passed < parameters::kEnough;) {
+  constexpr int kPoints = 3;
+  for (int passed = 0; passed < kPoints;) {
     constexpr Index kPerGroup = 4;  // two lengths, to both sides
     if (source_.gradients() + kPerGroup * groups() > most) return;
     if (!sampler.sample_defined(source_, point, unused)) return;

@@ -86,6 +86,8 @@ namespace {
 
 /// Base points of the search.
 constexpr int kRounds = 2;
+/// Of a row that is given all pairs of its nonlinear variables.
+constexpr std::size_t kMostVariablesOfPairs = 16;
 
 class Detector {
  public:
@@ -141,7 +143,7 @@ class Detector {
       if (varies && wanted_[at(col)]) nonlinear[at(row)].push_back(col);
     }
     for (const auto row : indices(nonlinear)) {
-      wide_[row] = nonlinear[row].size() > parameters::kMany;
+      wide_[row] = nonlinear[row].size() > kMostVariablesOfPairs;
       if (wide_[row]) continue;
       for (const Index i : nonlinear[row]) {
         for (const Index j : nonlinear[row]) {
@@ -314,8 +316,8 @@ class Detector {
   Index last_gradient_;  ///< evaluations, of all that the source has made
   PointSampler& sampler_;
   std::span<const Index> variables_;
-  std::vector<bool> wanted_;  ///< n, whether in variables_
-  std::vector<bool> wide_;    ///< m, nonlinear in more than parameters::kMany variables
+  std::vector<bool> wanted_;                  ///< n, whether in variables_
+  std::vector<bool> wide_;                    ///< m, nonlinear in more than kMostVariablesOfPairs
   std::vector<std::vector<Index>> pairs_of_;  ///< smaller partners of each variable
   Point base_;
   std::vector<double> other_, trial_;

@@ -424,9 +424,7 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
     return reasons.emplace_back(
         CertificateReason{.kind = Relaxed,
                           .player = player,
-                          .text = "relaxed: bound_relax_factor moved a bound of " + name + effect,
-                          .variables = {},
-                          .constraints = {}});
+                          .text = "relaxed: bound_relax_factor moved a bound of " + name + effect});
   };
   const auto changes_f_by = [](double change) {
     return ", which changes f by about " + number_text(change, 2);
@@ -520,11 +518,7 @@ void check_first_derivatives(Problem& problem, const SolverOptions& options, Res
   if (!is_certified(result) || !has_max_variables(problem.structure())) return;
   const std::string wrong = wrong_gradient_beside(problem, options, result);
   if (wrong.empty()) return;
-  revoke_test({.kind = CertificateReason::Kind::WrongHessian,
-               .player = Player::Max,
-               .text = wrong,
-               .variables = {},
-               .constraints = {}},
+  revoke_test({.kind = CertificateReason::Kind::WrongHessian, .player = Player::Max, .text = wrong},
               result);
 }
 
@@ -666,9 +660,7 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
     revoke_certificate(
         {.kind = CertificateReason::Kind::Search,
          .player = y.better_known || !y.finished ? Player::Max : Player::Min,
-         .text = "a strict local minmax by itself, but not the answer: " + result.message,
-         .variables = {},
-         .constraints = {}},
+         .text = "a strict local minmax by itself, but not the answer: " + result.message},
         result);
   }
   const KktError& error = result.error;
@@ -678,17 +670,12 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
         {.kind = CertificateReason::Kind::Search,
          .player = Player::Min,
          .text = "the complementarity error exceeds compl_inf_tol: f may be off by " +
-                 number_text(error.complementarity, 2),
-         .variables = {},
-         .constraints = {}},
+                 number_text(error.complementarity, 2)},
         result);
   }
   if (!is_certified(result) || y.open.empty()) return;
-  CertificateReason open{.kind = CertificateReason::Kind::RobustRow,
-                         .player = Player::Max,
-                         .text = y.open,
-                         .variables = {},
-                         .constraints = {}};
+  CertificateReason open{
+      .kind = CertificateReason::Kind::RobustRow, .player = Player::Max, .text = y.open};
   if (y.open_constraint >= 0) open.constraints.push_back(y.open_constraint);
   revoke_test(std::move(open), result);
 }

@@ -189,13 +189,21 @@ class MaximizationOverY {
     const auto may_be_higher = [&] {
       return looks_longer && is_worth_more(found_, *limit_, start);
     };
-    for (; (start < count && !(looks_longer && is_connected_ && is_far(found_, *limit_))) ||
-           (start < kMostStartsOfRows && may_be_higher());
-         ++start) {
+    const auto goes_on = [&] {
+      return (start < count && !(looks_longer && is_connected_ && is_far(found_, *limit_))) ||
+             (start < kMostStartsOfRows && may_be_higher());
+    };
+    bool is_sampled = !looks_longer;
+    for (;; ++start) {
       std::vector<double> v;
+      if (!goes_on()) {
+        if (std::exchange(is_sampled, true) || is_above_limit(found_.highest())) break;
+        v = higher_sample();
+        if (v.empty()) break;
+      }
       SolverOptions options = options_;
       if (count > 1) options.minmax_max_restarts = 0;
-      if (start > 0) {
+      if (start > 0 && v.empty()) {
         if (own_.empty()) break;
         v = at(start) <= given.size() ? given[at(start) - 1] : drawn(start, options);
         if (v.empty()) continue;
@@ -291,6 +299,23 @@ class MaximizationOverY {
     options = staying_near(options, kMuBeside);
     return start_above(inner_, options_, center(found_.maxima), std::move(v), number,
                        context_.work.counts);
+  }
+
+  /// The best of some random points of Y, if it is above all maxima: starts may all lead to lower
+  /// ones. Empty: none is.
+  [[nodiscard]] std::vector<double> higher_sample() {
+    constexpr Index kPoints = 32;
+    std::vector<double> best;
+    if (own_.empty() || count_equations(s_) > 0) return best;
+    double highest = found_.highest();
+    for (Index k = 1; k <= kPoints; ++k) {
+      std::vector<double> v = random_start(sampled_, own_, kMostStartsOfRows + k, options_);
+      const auto value = value_where_feasible(inner_, options_, v, context_.work.counts);
+      if (!value || !found_.is_higher(*value, highest)) continue;
+      highest = *value;
+      best = std::move(v);
+    }
+    return best;
   }
 
   [[nodiscard]] bool is_above_limit(double value) const {

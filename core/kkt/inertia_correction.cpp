@@ -15,6 +15,8 @@ constexpr double kSingularShift = 1e-7;
 /// other no room is smaller than all of it, it keeps their multipliers from moving; a share may be
 /// too small for the accuracy of a Jacobian that has dependent rows.
 constexpr Index kStuckCorrections = 12;
+/// Shifts after which missing eigenvalues are those of dependent rows.
+constexpr int kRaisesInVain = 4;
 /// Zero does not grow when multiplied, and a denormal number may not. Objectives may be scaled by
 /// 1e-20: what is far less than the rounding of curvature then is no shift, and takes as long to
 /// grow.
@@ -57,7 +59,8 @@ double InertiaCorrection::outer_multiplier_shift(double mu) {
   if (++stuck_.corrections > kStuckCorrections) {
     stuck_ = {.mu = mu, .corrections = 1, .small_share = !stuck_.small_share};
   }
-  return (stuck_.small_share ? parameters::kSlight : 1.0) * multiplier_shift(mu);
+  constexpr double kShare = 1e-4;
+  return (stuck_.small_share ? kShare : 1.0) * multiplier_shift(mu);
 }
 
 KktFactors InertiaCorrection::factorize_unshifted(Matrix which, double mu, const Evaluation& at,
@@ -114,7 +117,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Ev
     // Zero eigenvalues, or positive ones missing whatever the shift: J_yy may be rank-deficient.
     const bool dependent =
         f.inertia.zero > 0 ||
-        (raises >= parameters::kFew && f.inertia.positive < kkt_.layout().lambda_y.size());
+        (raises >= kRaisesInVain && f.inertia.positive < kkt_.layout().lambda_y.size());
     if (dependent && shift.lambda_y == 0.0 && multiplier_shift(mu) > 0.0 &&
         kkt_.layout().lambda_y.size() > 0) {
       shift.lambda_y = multiplier_shift(mu);
@@ -135,8 +138,8 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
   const double first = first_shift(last_.x);
   const bool sparing = economical() && kkt_.layout().y.size() > 0;
   if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
-  if (economical() && dependent_x_ >= parameters::kEnough)
-    shift.lambda_x = outer_multiplier_shift(mu);
+  constexpr int kTimesDependent = 3;
+  if (economical() && dependent_x_ >= kTimesDependent) shift.lambda_x = outer_multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     Factorization f = at && raises == 0 && shift.x == 0.0 && shift.y == 0.0
@@ -152,15 +155,14 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
     if (raises == 0) search.emplace(kkt_, FactorizationCause::Shifts);
     const bool dependent =
         f.inertia.zero > 0 ||
-        (raises >= parameters::kFew && f.inertia.negative < kkt_.layout().expected().negative);
+        (raises >= kRaisesInVain && f.inertia.negative < kkt_.layout().expected().negative);
     if (dependent && shift.lambda_x == 0.0 && multiplier_shift(mu) > 0.0 &&
         kkt_.layout().lambda_x.size() > 0) {
       shift.lambda_x = outer_multiplier_shift(mu);
       dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
-    if (raises >= parameters::kFew && shift.lambda_x > 0.0 &&
-        shift.lambda_x < multiplier_shift(mu)) {
+    if (raises >= kRaisesInVain && shift.lambda_x > 0.0 && shift.lambda_x < multiplier_shift(mu)) {
       shift.lambda_x = multiplier_shift(mu);  // the share is too small for these rows
       stuck_.small_share = false;
       shift.x = 0.0;

@@ -26,7 +26,8 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
       take(entries[k].col, first + entries[k].row, values[k]);
     }
   };
-  for (int sweep = 0; sweep < parameters::kSeveral; ++sweep) {
+  constexpr int kSweeps = 6;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
     fill = size;
     take_all(0, canonical_.hessian(), evaluation.hessian);
     take_all(n, canonical_.jacobian(), evaluation.jacobian);

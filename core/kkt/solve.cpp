@@ -86,9 +86,9 @@ class OwnPart {
 
 /// Beside long steps of the multipliers small rows are overlooked, which Newton's method needs.
 bool rows_are_small(const Sizes& residual, const Sizes& rhs, double scale) {
+  constexpr double kLeft = 1e-2;
   const double rounding = kRoundingOfRow * scale;
-  return residual.v <= parameters::kSmall * rhs.v + rounding &&
-         residual.lambda <= parameters::kSmall * rhs.lambda + rounding;
+  return residual.v <= kLeft * rhs.v + rounding && residual.lambda <= kLeft * rhs.lambda + rounding;
 }
 
 }  // namespace

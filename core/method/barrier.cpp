@@ -128,8 +128,8 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
            sum / static_cast<double>(std::max<Index>(bounds, 1));
   };
   // Golden section for log(sigma), on the side of sigma = 1 on which the quality improves.
-  // quality_function_section_sigma_tol: 1e-2
-  const bool above = quality(1.0 - parameters::kSmall) > quality(1.0);
+  constexpr double kSectionTol = 1e-2;  // quality_function_section_sigma_tol
+  const bool above = quality(1.0 - kSectionTol) > quality(1.0);
   double low = above ? 0.0 : std::log(barrier::kSmallestSigma);
   double high = above ? std::log(barrier::kLargestSigma) : 0.0;
   const double golden = (3.0 - std::sqrt(5.0)) / 2.0;
@@ -137,7 +137,7 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
   double right = high - golden * (high - low);
   double left_value = quality(std::exp(left));
   double right_value = quality(std::exp(right));
-  for (int k = 0; k < barrier::kSectionSteps && high - low > parameters::kSmall; ++k) {
+  for (int k = 0; k < barrier::kSectionSteps && high - low > kSectionTol; ++k) {
     if (left_value > right_value) {
       low = std::exchange(left, right);
       left_value = right_value;

@@ -10,8 +10,8 @@ namespace ipminmax {
 /// Inverse iteration on the variables of one player's block.
 struct InverseIteration {
   IndexRange variables{};
-  int iterations = parameters::kSeveral;  ///< 4 and 60 find the same directions
-  int number = 0;                         ///< of the generic vector that it begins with
+  int iterations = 6;  ///< 4 and 60 find the same directions
+  int number = 0;      ///< of the generic vector that it begins with
 };
 
 /// Turns the step to the direction of the curvature with the wrong sign, or of the least, by

@@ -44,8 +44,8 @@ Filter::Verdict correct_to_second_order(Block& block, const Test& test, double s
   Eigen::VectorXd& c = block.corrected_c();
   c = alpha * block.from().evaluation.c + block.trial().evaluation.c;
   double last_theta = first;
-  // p_max of [WB, 2.4]
-  for (int k = 0; k < parameters::kFew; ++k) {
+  constexpr int kMostCorrections = 4;  // p_max of [WB, 2.4]
+  for (int k = 0; k < kMostCorrections; ++k) {
     const std::optional<StepLength> corrected = block.correct(c);
     if (!corrected) break;
     const Trial trial = block.evaluate_corrected(slope, alpha);

@@ -22,8 +22,10 @@ struct Watchdog {
   double alpha = 1.0;
   StepReport report;
 
-  // watchdog_shortened_iter_trigger of [Ipopt]
-  [[nodiscard]] bool is_due() const { return active || shortened_steps >= parameters::kPatience; }
+  [[nodiscard]] bool is_due() const {
+    constexpr Index kTrigger = 10;  // watchdog_shortened_iter_trigger of [Ipopt]
+    return active || shortened_steps >= kTrigger;
+  }
   void count(bool shortened) { shortened_steps = shortened ? shortened_steps + 1 : 0; }
   /// As a new one; arrays keep their room.
   void begin_anew() {

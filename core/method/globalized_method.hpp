@@ -42,7 +42,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
         patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
         outer_(context, first, outer_arrays_) {
     watchdog_.begin_anew();
-    filter_.begin_anew(at(std::min(options_.max_iter, parameters::kPlenty)));
+    constexpr Index kEntries = 100;  // set aside at once
+    filter_.begin_anew(at(std::min(options_.max_iter, kEntries)));
     filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
     if (!has_max()) filter_.minimize();
   }
@@ -180,17 +181,18 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       steps_above_least_ = 0;
       return true;
     }
+    constexpr int kMostAboveLeast = 3;
     const bool bends = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
     return bends && after <= parameters::fast::kGrowth * least_residual_ &&
-           ++steps_above_least_ <= parameters::kEnough;
+           ++steps_above_least_ <= kMostAboveLeast;
   }
 
   /// What the linear system of a fast step may leave: a share of what quadratic convergence would,
   /// by the last contraction, or of tol. error: at the point left.
   [[nodiscard]] Accuracy forcing(double error) const {
     const double last = fast_contraction_ > 0.0 ? fast_contraction_ : parameters::kLittle;
-    return {.residual = std::max(parameters::kLittle * last * last * error,
-                                 parameters::kSmall * options_.tol)};
+    constexpr double kOfTol = 1e-2;
+    return {.residual = std::max(parameters::kLittle * last * last * error, kOfTol * options_.tol)};
   }
 
   [[nodiscard]] bool fast_step(Run& run) {
@@ -303,9 +305,10 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       }
       const bool is_watched = !has_max() && (goes_back || watchdog_.is_due());
       if (is_watched && !goes_back && watched_step(run)) return true;
+      constexpr int kTrials = 4, kTrialsOfExactValues = 10;
       const int trials = !has_max()    ? parameters::kHalvings
-                         : inner_exact ? parameters::kPatience
-                                       : parameters::kFew;
+                         : inner_exact ? kTrialsOfExactValues
+                                       : kTrials;
       if (search(run, trials, is_watched)) return true;
       if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
       // Rejections may be the fault of phi's estimate: make it exact and search once more.
@@ -340,7 +343,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     filter_.reset();
     if (search(run, parameters::kHalvings, false)) return true;
     const Eigen::VectorXd& c = run.here->evaluation.c;
-    const bool exactly_feasible = max_norm(c) <= parameters::kSmall * options_.tol;
+    constexpr double kExact = 1e-2;  // of tol
+    const bool exactly_feasible = max_norm(c) <= kExact * options_.tol;
     if (restorer_.solve && !exactly_feasible) return restore(run);
     return fail(run, Status::TinyStep, "no acceptable step found");
   }
@@ -368,8 +372,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     // A full step to where the solve would end as diverging is nothing to wait for.
     const bool may_wait =
         defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
-    // watchdog_trial_iter_max of [Ipopt]
-    if (improves || (may_wait && ++watchdog.trials <= parameters::kEnough)) {
+    constexpr int kTrials = 3;  // watchdog_trial_iter_max of [Ipopt]
+    if (improves || (may_wait && ++watchdog.trials <= kTrials)) {
       if (improves) {
         if (verdict == Filter::Verdict::Sufficient) filter_.add(watchdog.from);
         watchdog.end();
@@ -425,8 +429,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
 
   [[nodiscard]] bool soft_step(Run& run) {
     // Near rounding no merit function sees the progress that the residual still makes.
-    // max_soft_resto_iters of [Ipopt]
-    if (soft_steps_ >= parameters::kPatience) return false;
+    constexpr int kMostSoftSteps = 10;  // max_soft_resto_iters of [Ipopt]
+    if (soft_steps_ >= kMostSoftSteps) return false;
     const Point& from = *run.here;
     const StepLength alpha = outer_.longest_step(from, run.mu);
     const double both = std::min(alpha.primal, alpha.dual);
@@ -603,12 +607,14 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
 
   [[nodiscard]] bool has_max() const { return outer_.has_max(); }
   [[nodiscard]] bool can_restore(const Point& point) const {
-    return restorer_.solve && max_norm(point.evaluation.c) > parameters::kPlenty * options_.tol;
+    constexpr double kClearViolation = 100.0;  // over tol
+    return restorer_.solve && max_norm(point.evaluation.c) > kClearViolation * options_.tol;
   }
 
   [[nodiscard]] double inner_target(const Point& point, double mu) const {
-    const double share = canonical_.has_max_bounds() ? parameters::kSmall * mu
-                                                     : parameters::inner::kSlopeShare * last_slope_;
+    constexpr double kOfMu = 1e-2;
+    const double share =
+        canonical_.has_max_bounds() ? kOfMu * mu : parameters::inner::kSlopeShare * last_slope_;
     return tolerated_gain(share, outer_.merit(point, mu).phi);
   }
 

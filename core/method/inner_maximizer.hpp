@@ -153,14 +153,15 @@ class InnerMaximizer : Kept<InnerArrays> {
         if (std::isinf(canonical_.lower()[i]) || std::isinf(canonical_.upper()[i]))
           moved = std::max(moved, std::abs(point.iterate.v[i] - start_v_[i]));
       }
+      constexpr int kMostFarSteps = 3;
       const bool shifted = !in_sight || out.shift.proximal_y;
       if (shifted && moved > parameters::kLongStep * (1.0 + start_norm) &&
-          ++far_shifted_steps > parameters::kEnough) {
+          ++far_shifted_steps > kMostFarSteps) {
         return Outcome::Unbounded;
       }
       if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
-      const bool stationary =
-          error(point, mu) <= std::max(options_.tol, parameters::kTrace * std::min(1.0, mu));
+      constexpr double kOfMu = 1e-3;
+      const bool stationary = error(point, mu) <= std::max(options_.tol, kOfMu * std::min(1.0, mu));
       if (!in_sight && stationary) {
         if (!escape(point, mu, out.factors)) return Outcome::NotFound;
       } else if (!search(point, mu, out)) {

@@ -189,8 +189,9 @@ class OuterBlock : public Kept<OuterArrays> {
       if (!find_trial_direction(mu)) return result;
       const double allowed = tolerated_gain(
           parameters::inner::kSlopeShare * alpha * std::abs(slope), merit(trial, mu).phi);
+      constexpr int kInnerSteps = 4;
       if (trial_direction.largest_gain() > allowed &&
-          inner.maximize(trial, mu, allowed, parameters::kFew, upper_bound, trial_direction) !=
+          inner.maximize(trial, mu, allowed, kInnerSteps, upper_bound, trial_direction) !=
               InnerMaximizer::Outcome::Maximum) {
         return result;
       }

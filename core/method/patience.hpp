@@ -64,11 +64,14 @@ class Setbacks {
 
 /// How long a search goes on without success.
 class Patience {
+  static constexpr double kClearly = 1e-4;           ///< over 1 + |phi|
+  static constexpr Index kVariablesOfASetback = 10;  ///< each allows one more
+
  public:
   /// rows: of K.
   Patience(Index variables, Index rows)
       : allowed_(parameters::kFewestSetbacks +
-                 (rows > parameters::kSmallSystem ? 0 : variables / parameters::kPatience)) {}
+                 (rows > parameters::kSmallSystem ? 0 : variables / kVariablesOfASetback)) {}
   /// Why a search is given up.
   struct End {
     Status status;
@@ -100,14 +103,14 @@ class Patience {
 
   /// A value found above its estimate is another branch's: the name of the next lack of progress.
   void watch_branch(double estimate, double found) {
-    jumped_ = jumped_ || found > estimate + parameters::kSlight * (1.0 + std::abs(found));
+    jumped_ = jumped_ || found > estimate + kClearly * (1.0 + std::abs(found));
   }
 
   /// A setback where neither violation nor value has improved for some steps.
   [[nodiscard]] std::optional<End> check_progress(const Merit& now) {
     // To and fro over a kink of phi, where neither branch leads on.
     const bool better = now.theta < parameters::kProgress * best_.theta ||
-                        now.phi < best_.phi - parameters::kSlight * (1.0 + std::abs(best_.phi));
+                        now.phi < best_.phi - kClearly * (1.0 + std::abs(best_.phi));
     if (better) {
       best_.theta = std::min(best_.theta, now.theta);
       best_.phi = std::min(best_.phi, now.phi);
@@ -115,7 +118,8 @@ class Patience {
       stale_steps_ = 0;
       return std::nullopt;
     }
-    if (++stale_steps_ < parameters::kEnough) return std::nullopt;
+    constexpr int kStaleSteps = 3;
+    if (++stale_steps_ < kStaleSteps) return std::nullopt;
     stale_steps_ = 0;
     return set_back(std::exchange(jumped_, false) ? Setback::OtherBranch : Setback::NoProgress);
   }

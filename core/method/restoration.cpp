@@ -211,7 +211,8 @@ RestorationOutcome restore_feasibility(
     // The proximal term holds v back: on from here with less of it.
     from.iterate.v = v;
     from.evaluation.c = c;
-    start_mu *= parameters::kSmall;
+    constexpr double kLess = 1e-2;
+    start_mu *= kLess;
   }
   return RestorationOutcome::Failed;
 }

@@ -8,9 +8,6 @@ namespace ipminmax::parameters {
 
 // Shares of something, and lengths or changes over the size of what they are of.
 constexpr double kLittle = 0.1;      ///< little beside it; a safety factor
-constexpr double kSmall = 1e-2;      ///< small beside it; a change that ends iterations
-constexpr double kTrace = 1e-3;      ///< still seen: counts, is named, kept above zero
-constexpr double kSlight = 1e-4;     ///< of a value or slope: no progress, no error
 constexpr double kHardly = 1e-6;     ///< none, where rounding is not all there is
 constexpr double kZero = 1e-9;       ///< none: rounding of long sums
 constexpr double kConstant = 1e-12;  ///< a change of what is constant
@@ -22,13 +19,6 @@ constexpr double kVanished =
 constexpr double kProgress = 0.9;
 constexpr double kRunaway = 1e10;  ///< over the size that was expected: it grows without bound
 
-constexpr int kEnough = 3;   ///< trials that agree, or fail; steps in a row that show what they do
-constexpr int kFew = 4;      ///< turns of a loop that mostly ends before, that cost factorizations
-constexpr int kSeveral = 6;  ///< that cost substitutions or evaluations; names in a sentence
-constexpr int kMany = 16;    ///< that cost little
-constexpr int kPatience = 10;  ///< in a row, or in all, before something else is done
-/// Of whatever has no limit of its own; a size over another one that is out of all proportion.
-constexpr int kPlenty = 100;
 constexpr int kHalvings = 60;  ///< of a step to where the model is defined, to rounding
 constexpr int kRoom = 1000;    ///< of lists that grow with the iterations, set aside at once
 

@@ -26,10 +26,12 @@ namespace ipminmax {
 /// The paper's Algorithm 1: Newton steps with shifts that give both matrices the expected inertia,
 /// one step length for everything, no line search.
 class AlgorithmOne final : public StepMethod {
+  static constexpr std::size_t kCompared = 10;  ///< residuals that a step's is compared with
+
  public:
   explicit AlgorithmOne(const MethodContext& context) : context_(context) {
     rhs_ = step_ = zero_step(context.canonical);
-    last_residuals_.reserve(parameters::kPatience + 1);
+    last_residuals_.reserve(kCompared + 1);
   }
 
   [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override {
@@ -105,10 +107,10 @@ class AlgorithmOne final : public StepMethod {
       const double norm = barrier_error(context_.canonical, to, mu, context_.options.s_max).norm();
       const bool falls =
           last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
-      if (falls || longest < parameters::kTrace) {
+      constexpr double kShortest = 1e-3;
+      if (falls || longest < kShortest) {
         last_residuals_.push_back(norm);
-        if (last_residuals_.size() > parameters::kPatience)
-          last_residuals_.erase(last_residuals_.begin());
+        if (last_residuals_.size() > kCompared) last_residuals_.erase(last_residuals_.begin());
         return true;
       }
     }

@@ -329,7 +329,8 @@ class BranchAndBound {
            effort_.go_on(boxes_, waiting_.top().bound)) {
       parts_.clear();
       // Enough for some threads; more are cut in vain where bounds improve.
-      while (parts_.size() < 2 * parameters::kMany && !waiting_.empty() &&
+      constexpr std::size_t kPartsOfARound = 32;
+      while (parts_.size() < kPartsOfARound && !waiting_.empty() &&
              waiting_.top().bound > enough()) {
         cut(waiting_.top());
         waiting_.pop();

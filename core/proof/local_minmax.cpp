@@ -228,7 +228,8 @@ class LocalProof {
     if (!std::isfinite(residual)) fail("the formulas are not finite at the point");
     double tau = std::max(2.0 * residual, 1e-200);
     // More than one radius only where |E| is between 1/2 and 1.
-    for (int k = 0; k < parameters::kFew; ++k) {
+    constexpr int kRadii = 4;
+    for (int k = 0; k < kRadii; ++k) {
       const std::vector<Interval> ball = around(w, full.q, tau);
       const Equations::Values over = equations_.look(ball);
       const double error = full.error(over.k);
@@ -341,7 +342,8 @@ class LocalProof {
   std::vector<double> newton() {
     std::vector<Interval> w = returned();
     double last = kInfinity;
-    for (int step = 0; step < parameters::kPatience; ++step) {
+    constexpr int kMostSteps = 10;
+    for (int step = 0; step < kMostSteps; ++step) {
       const Equations::Values here = equations_.look(w);
       const VectorXd d = here.k.middle.partialPivLu().solve(here.f.middle.col(0));
       const double size = here.f.middle.col(0).cwiseAbs().dot(d.cwiseAbs());  // of L
@@ -403,7 +405,8 @@ class LocalProof {
     const auto go_far = [&](std::size_t i, const Interval& value) {
       const double far = (value - Interval(result_.v[i])).magnitude();
       // A solution farther away is not the point's.
-      if (!(far <= parameters::kTrace * ranges_.of(i))) {
+      constexpr double kNear = 1e-3;  // of the variable's range
+      if (!(far <= kNear * ranges_.of(i))) {
         fail("the solution's " + variable_name(s_, static_cast<Index>(i)) + " may be " +
              number_text(far) + " away");
       }

@@ -11,8 +11,9 @@ PointRank rank_of(const CanonicalProblem& canonical, const SolverOptions& option
                   const Point& point) {
   const auto or_last = [](double value) { return std::isnan(value) ? kInfinity : value; };
   const bool minimization = canonical.max_size() == 0;
+  constexpr double kOfTol = 1e-2;
   const bool is_met = minimization && is_within_tolerances(point.error, options) &&
-                      point.error.dual_min <= parameters::kSmall * options.dual_inf_tol;
+                      point.error.dual_min <= kOfTol * options.dual_inf_tol;
   return {.is_unmet = !is_met,
           .violation = std::max(or_last(point.error.primal), options.constr_viol_tol),
           .value = or_last(minimization ? point.evaluation.f : point.error.total),

@@ -159,7 +159,7 @@ void name_divergence(const MethodContext& context, const Point& point, Status& s
     if (max.size() > 0 && multipliers.lpNorm<Eigen::Infinity>() > divergence::kLargeMultiplier) {
       status = Status::InnerInfeasible;
       message =
-          "the minimizer leaves the maximizer no feasible point: "
+          "the minimizer leaves the maximizer no feasible point, or a single one: "
           "the multipliers of the Max constraints grow without bound";
     }
   }
@@ -246,7 +246,8 @@ bool is_on_plateau(const MethodContext& context, const Point& found, double mu) 
   const Eigen::VectorXd back = way.v;
   look_at(found.iterate.v + back);
   // What is flat may bend: Newton steps across.
-  for (int k = 0; k < parameters::kFew; ++k) {
+  constexpr int kStepsAcross = 4;
+  for (int k = 0; k < kStepsAcross; ++k) {
     newton_residual(canonical, there, mu, rhs);
     if (!kkt.solve_inner(matrix, rhs, way) || !take_part_along(way.v, along)) return false;
     look_at(there.iterate.v + way.v + along.v);

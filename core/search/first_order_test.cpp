@@ -74,7 +74,8 @@ bool FirstOrderTest::has_settled(const Iterate& iterate) {
     settled_multiplier_ = multiplier;
     settled_ = 0;
   }
-  return ++settled_ > parameters::kPatience && multiplier > kGrown * settled_multiplier_;
+  constexpr Index kIteratesAtRest = 10;
+  return ++settled_ > kIteratesAtRest && multiplier > kGrown * settled_multiplier_;
 }
 
 std::optional<Status> FirstOrderTest::claim(const Point& point) {

@@ -83,7 +83,8 @@ Result solve_with_differences(Problem& problem, SolverOptions options, Budget& b
         std::to_string(model.structure().hessian.size()) + " entries by " +
         std::to_string(model.groups()) + " groups of variables.");
     result = solve_as_given(model, options, budget, observer, kept);
-    if (restarts == parameters::kSeveral || stopped_from_outside(result.status)) break;
+    constexpr int kMostRestarts = 6;
+    if (restarts == kMostRestarts || stopped_from_outside(result.status)) break;
     // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
     // the solve failed.
     if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {

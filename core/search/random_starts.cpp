@@ -92,10 +92,12 @@ Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, I
     for (const Index i : indices(range)) {
       const double reach = factor * std::max(1.0, std::abs(start.v[i]));
       SampledRange box{canonical.lower()[i], canonical.upper()[i]};
-      if (!(box.upper - box.lower <= parameters::kPlenty * reach)) {
+      constexpr double kWide = 100.0;  // over the reach: only a part of the box is sampled
+      if (!(box.upper - box.lower <= kWide * reach)) {
         box = box.around(number % 2 != 0 ? start.v[i] : 0.0, reach);
       }
-      point.v[i] = box.without_ends(parameters::kSmall).draw(generator);
+      constexpr double kEnds = 1e-2;  // of the box
+      point.v[i] = box.without_ends(kEnds).draw(generator);
     }
   }
   return point;

@@ -44,9 +44,10 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
-    // For a balanced point as long again as to the first that met the tolerances.
+    // For a balanced point as long again as to the first that met the tolerances, and some more.
+    constexpr Index kMore = 100;
     if (met_at_ < 0 && !arrays_.best.rank().is_unmet) met_at_ = context_.budget.iteration;
-    if (met_at_ >= 0 && context_.budget.iteration > 2 * met_at_ + parameters::kPlenty)
+    if (met_at_ >= 0 && context_.budget.iteration > 2 * met_at_ + kMore)
       return given_up(Status::MaxIterations);
     if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
@@ -147,7 +148,8 @@ std::optional<Status> Search::limit_reached() {
   const bool far = canonical.max_size() == 0 &&
                    has_run_away(canonical, arrays_.point, {0, canonical.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
-  if (runaway_iterations_ > parameters::kPlenty) return Status::OuterUnbounded;
+  constexpr Index kMostRunaway = 100;
+  if (runaway_iterations_ > kMostRunaway) return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
   return std::nullopt;
 }

@@ -219,7 +219,8 @@ class ActiveSystem {
         }
       }
     };
-    for (int round = 0; round < parameters::kEnough; ++round) {
+    constexpr int kRounds = 3;
+    for (int round = 0; round < kRounds; ++round) {
       std::ranges::fill(largest, 0.0);
       visit([&](std::size_t row, std::size_t col, double value) {
         const double size = std::abs(value) * scale_[row] * scale_[col];
@@ -265,7 +266,8 @@ class ActiveSystem {
       std::copy(rhs.begin(), rhs.end(), residual.begin());
       const double norm = max_norm(rhs);
       double relative = 1.0;  // residual over right-hand side and |A| |x|
-      for (int step = 0; step < parameters::kPatience && relative > parameters::kRounding; ++step) {
+      constexpr int kMostRefinements = 10;
+      for (int step = 0; step < kMostRefinements && relative > parameters::kRounding; ++step) {
         const double last = relative;
         solver_->solve_in_place(residual);
         for (const auto i : indices(rhs)) solution[i] += residual[i];

@@ -470,6 +470,20 @@ TEST(Audit, TheEpigraphFormIsAsComplementaryAsTheModel) {
   EXPECT_LE(result.error.complementarity, options.acceptable_compl_inf_tol);
 }
 
+TEST(Audit, StartsThatAgreeDoNotHideWhatRandomPointsShow) {
+  // Waves of which all interior maxima violate the row where three searches end at y = -1.
+  Model model;
+  const Expression a = model.variable(kMin, "a", -3.0, 3.0);
+  const Expression b = model.variable(kMin, "b", -3.0, 3.0);
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(-a + 0.2 * square(a) - 0.3 * b + 0.3 * square(b));
+  model.constraint(a * cos(14.0 * y + 2.48) + b * sin(7.0 * y) + 0.2 * y, -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.0, -0.9});
+  const Result result = solve(problem, {});
+  EXPECT_TRUE(!is_success(result.status) || std::abs(result.objective + 0.75203) < 1e-4)
+      << result.objective;
+}
+
 TEST(Audit, AStepIsNoRestBesideAVariableThatHasGoneFar) {
   // The least t with (x - .3) y <= t for |y| <= 1: 0 at x = .3.
   for (const double x_unit : {1.0, 1e-6}) {

@@ -525,12 +525,14 @@ TEST(Proof, ThreadsFindTheSame) {
 /// worst case of the next one.
 TEST(ProofOfASolve, DesignsWithTheWorstCaseThatTheProofFinds) {
   ProvableProblem<Resonance> problem = resonance();
-  const Result unsafe = solve(problem, {});
+  SolverOptions options;
+  options.minmax_worst_case_starts = 8;
+  const Result unsafe = solve(problem, options);
   EXPECT_TRUE(is_success(unsafe.status));
   EXPECT_NEAR(unsafe.v[0], 1.0, 1e-6);
   EXPECT_TRUE(unsafe.over_y.proofs.empty());
 
-  SolverOptions options;
+  options = {};
   options.minmax_worst_case_proof = true;
   const Result safe = solve(problem, options);
   EXPECT_TRUE(is_success(safe.status)) << safe.message;

@@ -44,6 +44,8 @@ for one, other in (("ball", "box"), ("box", "ball"), ("ellipsoid", "polyhedron")
     shape = Simplex(3) if other == "simplex" else SETS[other][0]
     says = (lambda y: abs(y.sum() - 1)) if other == "simplex" else SETS[other][1]
     SETS[f"{one} and {other}"] = (SETS[one][0] & shape, lambda y, a=SETS[one][1], b=says: max(a(y), b(y)))
+SETS["ball and half plane"] = (Ball([0.0, 0.0], 1.0) & Polyhedron([[1.0, 1.0]], [0.3]),
+                               lambda y: max(np.linalg.norm(y) - 1, y.sum() - 0.3))
 
 
 class EverySet(unittest.TestCase):
@@ -72,6 +74,8 @@ class EverySet(unittest.TestCase):
                 low, up = given.bounds()
                 y = given.sample(20)
                 self.assertTrue(np.all(low - 1e-6 <= y) and np.all(y <= up + 1e-6))
+        low, up = (Box([0.0, 0.0], [2.0, 2.0]) & Polyhedron([[1.0, 1.0]], [0.5])).bounds()  # of what lies in both
+        np.testing.assert_allclose([low, up], [[0.0, 0.0], [0.5, 0.5]], atol=1e-6)
 
     def test_inside_and_derivatives(self):
         for name, (given, outside) in SETS.items():

@@ -43,8 +43,7 @@ class CertifiedPoint {
     ipminmax::Point point{iterate_, evaluation_, {}};
     renew_dual(canonical_, point);
     CertificateArrays arrays;
-    return ipminmax::certify(canonical_, *kkt_, point, kMu, options_, parameters::kPlenty, arrays)
-        .certificate;
+    return ipminmax::certify(canonical_, *kkt_, point, kMu, options_, 100, arrays).certificate;
   }
 
   /// Factorizations of K and of K_yy so far.

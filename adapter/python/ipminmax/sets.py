@@ -225,7 +225,7 @@ class UncertaintySet:
         return found.x
 
     def bounds(self) -> Tuple[Vector, Vector]:
-        """Returns the least and the largest value of each y; of an intersection those of either set."""
+        """Returns the least and the largest value of each y."""
         axes = np.eye(self.n)
         return np.array([-self.support(-a) for a in axes]), np.array([self.support(a) for a in axes])
 
@@ -394,10 +394,6 @@ class _Intersection(UncertaintySet):
 
     def _has(self, y: Vector, tol: float) -> bool:
         return all(p._has(y, tol) for p in self.parts)
-
-    def bounds(self) -> Tuple[Vector, Vector]:
-        low, up = zip(*[p.bounds() for p in self.parts])
-        return np.maximum(*low), np.minimum(*up)
 
 
 class Box(UncertaintySet):
