@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/differences/finite_difference_hessian.hpp"
@@ -18,6 +19,8 @@ namespace {
 constexpr double kRoomUsed = 0.2;
 /// Evaluations of a detection: these and one for so many variables.
 constexpr Index kFewestEvaluations = 200, kVariablesPerEvaluation = 8;
+/// Groups from which on a look at whether the last Hessian still holds costs a tenth of another.
+constexpr Index kGroupsOfALook = 15;
 /// Shares of the step tried where the model is undefined.
 constexpr std::array kShorter{1.0, 0.1, 1e-2, 1e-3};
 /// Second derivatives disagree with a slope of first ones beyond so many times the errors that are
@@ -61,17 +64,12 @@ void FiniteDifferenceHessian::choose_pattern(const std::vector<Triplet>* known) 
   const bool given = std::exchange(structure_.has_hessian, true);
   set_pattern(given ? given_pattern() : known != nullptr ? *known : std::vector<Triplet>());
   if (given || known != nullptr || !take_start() || !all_finite(start_->v)) return;
-  std::vector<bool> looked_at = free_;
-  if (structure_.nonlinear_variables) {
-    looked_at.assign(free_.size(), false);
-    for (const Index i : *structure_.nonlinear_variables) {
-      if (i >= 0 && at(i) < free_.size()) looked_at[at(i)] = free_[at(i)];
-    }
-  }
-  std::vector<Index> variables;
-  for (const auto i : indices(free_)) {
-    if (looked_at[i]) variables.push_back(static_cast<Index>(i));
-  }
+  std::vector<Index> variables(free_.size());
+  std::iota(variables.begin(), variables.end(), 0);
+  if (structure_.nonlinear_variables) variables = *structure_.nonlinear_variables;
+  std::erase_if(variables,
+                [&](Index i) { return i < 0 || at(i) >= free_.size() || !free_[at(i)]; });
+  sort_each_once(variables);
   PointSampler sampler(structure_, start_->v);
   const Index most =
       static_cast<Index>(free_.size()) / kVariablesPerEvaluation + kFewestEvaluations;
@@ -91,10 +89,10 @@ std::vector<Triplet> FiniteDifferenceHessian::given_pattern() const {
 
 void FiniteDifferenceHessian::set_pattern(std::vector<Triplet> pattern) {
   structure_.hessian = std::move(pattern);
+  kept_.clear();
   coloring_ = color_hessian(structure_.hessian, static_cast<Index>(free_.size()));
   for (auto& group : coloring_.groups) {
-    std::stable_sort(group.entries.begin(), group.entries.end(),
-                     [](const auto& a, const auto& b) { return a.col < b.col; });
+    std::ranges::stable_sort(group.entries, {}, &HessianColoring::Entry::col);
   }
 }
 
@@ -116,7 +114,7 @@ void FiniteDifferenceHessian::verify_detection(std::span<const double> start, In
     const Multipliers multipliers{multiplier(random_), lambda};
     ++passed;
     if (!values_with_errors(point, multipliers, values, errors)) continue;
-    const auto rows = disagreeing_rows(point, multipliers, values, errors);
+    const auto rows = disagreeing_rows(point, multipliers, values, errors, kShare);
     if (rows && !rows->empty() && fill(*rows)) passed = 0;
   }
 }
@@ -138,18 +136,16 @@ bool FiniteDifferenceHessian::fill(const std::vector<Index>& rows) {
 }
 
 bool FiniteDifferenceHessian::widen() {
-  std::sort(missing_.begin(), missing_.end());
-  missing_.erase(std::unique(missing_.begin(), missing_.end()), missing_.end());
+  sort_each_once(missing_);
   return fill(std::exchange(missing_, {}));
 }
 
 // --- The model, passed on ------------------------------------------------------------------------
 
 bool FiniteDifferenceHessian::take_start() {
-  const std::size_t n = structure_.variable_lower.size();
-  const std::size_t m = structure_.constraint_lower.size();
-  Start start{std::vector<double>(n, 0.0), std::vector<double>(m, 0.0), std::vector<double>(n, 0.0),
-              std::vector<double>(n, 0.0)};
+  const std::vector<double> of_variables(structure_.variable_lower.size(), 0.0);
+  Start start{of_variables, std::vector<double>(structure_.constraint_lower.size(), 0.0),
+              of_variables, of_variables};
   StartingPoint request{start.v, warm_start_, start.lambda, start.z_lower, start.z_upper};
   if (!model_.starting_point(request)) return false;
   start_ = std::move(start);
@@ -179,11 +175,16 @@ bool FiniteDifferenceHessian::constraints(std::span<const double> v, bool new_v,
   return model_.constraints(v, new_point(new_v), g);
 }
 
+void FiniteDifferenceHessian::move_base(std::span<const double> v) {
+  if (std::ranges::equal(v, base_v_)) return;
+  base_gradient_ = base_jacobian_ = false;
+  base_v_.assign(v.begin(), v.end());
+}
+
 bool FiniteDifferenceHessian::gradient(std::span<const double> v, bool new_v,
                                        std::span<double> grad) {
   if (!model_.gradient(v, new_point(new_v), grad)) return false;
-  if (!std::ranges::equal(v, base_v_)) base_jacobian_ = false;
-  base_v_.assign(v.begin(), v.end());
+  move_base(v);
   base_.gradient.assign(grad.begin(), grad.end());
   base_gradient_ = true;
   return true;
@@ -192,8 +193,7 @@ bool FiniteDifferenceHessian::gradient(std::span<const double> v, bool new_v,
 bool FiniteDifferenceHessian::jacobian(std::span<const double> v, bool new_v,
                                        std::span<double> values) {
   if (!model_.jacobian(v, new_point(new_v), values)) return false;
-  if (!std::ranges::equal(v, base_v_)) base_gradient_ = false;
-  base_v_.assign(v.begin(), v.end());
+  move_base(v);
   base_.jacobian.assign(values.begin(), values.end());
   base_jacobian_ = true;
   return true;
@@ -204,8 +204,7 @@ bool FiniteDifferenceHessian::jacobian(std::span<const double> v, bool new_v,
 /// Leaves the first derivatives at v that count in base_, evaluating only what the last calls did
 /// not.
 bool FiniteDifferenceHessian::load_base(std::span<const double> v, const Multipliers& multipliers) {
-  if (!std::ranges::equal(v, base_v_)) base_gradient_ = base_jacobian_ = false;
-  base_v_.assign(v.begin(), v.end());
+  move_base(v);
   const bool gradient = multipliers.sigma != 0.0 && !base_gradient_;
   const bool jacobian = multipliers.weigh_any_row() && !base_jacobian_;
   if (!gradient && !jacobian) return true;
@@ -214,8 +213,8 @@ bool FiniteDifferenceHessian::load_base(std::span<const double> v, const Multipl
     base_gradient_ = base_jacobian_ = false;
     return false;
   }
-  base_gradient_ = base_gradient_ || gradient;
-  base_jacobian_ = base_jacobian_ || jacobian;
+  base_gradient_ |= gradient;
+  base_jacobian_ |= jacobian;
   return true;
 }
 
@@ -253,16 +252,14 @@ bool FiniteDifferenceHessian::find_change(const Multipliers& multipliers,
   if (!source_.evaluate(trial_, ahead_, multipliers.sigma != 0.0, multipliers.weigh_any_row())) {
     return false;
   }
-  const std::size_t n = free_.size();
-  change.assign(n, 0.0);
-  magnitude_.resize(n, 0.0);
+  change.assign(free_.size(), 0.0);
   const auto add = [&](std::size_t i, double weight, double value, double base) {
     if (value == base) return;
     change[i] += weight * (value - base);
     magnitude_[i] += std::abs(weight) * std::max(std::abs(value), std::abs(base));
   };
   if (multipliers.sigma != 0.0) {
-    for (std::size_t i = 0; i < n; ++i) {
+    for (const auto i : indices(change)) {
       add(i, multipliers.sigma, ahead_.gradient[i], base_.gradient[i]);
     }
   }
@@ -284,7 +281,7 @@ bool FiniteDifferenceHessian::difference(std::span<const Index> variables,
     const auto [a, b] = offsets_[at(j)];
     if (a == 0.0 || b == 0.0 || a == b) return false;
   }
-  std::fill(magnitude_.begin(), magnitude_.end(), 0.0);
+  magnitude_.assign(v.size(), 0.0);
   trial_.assign(v.begin(), v.end());
   for (const auto& [offset, change] :
        {std::pair{&Offsets::first, &first_}, std::pair{&Offsets::second, &second_}}) {
@@ -347,7 +344,19 @@ bool FiniteDifferenceHessian::differences(std::span<const double> v, const Multi
 bool FiniteDifferenceHessian::hessian(std::span<const double> v, bool, double sigma,
                                       std::span<const double> lambda, bool,
                                       std::span<double> values) {
-  return differences(v, {sigma, lambda}, 1.0, values, {});
+  const Multipliers multipliers{sigma, lambda};
+  std::optional<std::vector<Index>> changed;
+  if (groups() >= kGroupsOfALook && !kept_.empty())
+    changed = disagreeing_rows(v, multipliers, kept_, kept_rounding_, 0.0);
+  if (!changed || !changed->empty()) {
+    kept_.clear();
+    kept_rounding_.resize(values.size());
+    if (!differences(v, multipliers, 1.0, values, kept_rounding_)) return false;
+    kept_.assign(values.begin(), values.end());
+  }
+  std::ranges::copy(kept_, values.begin());
+  kept_v_.assign(v.begin(), v.end());
+  return true;
 }
 
 // --- Errors --------------------------------------------------------------------------------------
@@ -391,13 +400,13 @@ std::vector<double> FiniteDifferenceHessian::random_direction(std::span<const do
 
 std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
     std::span<const double> v, const Multipliers& multipliers, std::span<const double> values,
-    std::span<const double> errors) {
+    std::span<const double> errors, double share) {
   if (!load_base(v, multipliers)) return std::nullopt;
   std::vector<double> direction;
   bool defined = false;
   for (const double scale : kShorter) {
     direction = random_direction(v, scale);
-    std::fill(magnitude_.begin(), magnitude_.end(), 0.0);
+    magnitude_.assign(v.size(), 0.0);
     defined = true;
     for (const auto& [length, change] :
          {std::pair{1.0, &first_}, std::pair{2.0, &second_}, std::pair{4.0, &third_}}) {
@@ -428,7 +437,7 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
     const double fine = 2.0 * first_[i] - 0.5 * second_[i];
     const double coarse = second_[i] - 0.25 * third_[i];
     const double slope = (4.0 * fine - coarse) / 3.0;
-    const double allowed = kErrors * (std::abs(fine - coarse) + error[i]) + kShare * size[i] +
+    const double allowed = kErrors * (std::abs(fine - coarse) + error[i]) + share * size[i] +
                            kErrorRoundings * kEpsilon * magnitude_[i];
     if (!(std::abs(product[i] - slope) <= allowed)) rows.push_back(static_cast<Index>(i));
   }
@@ -440,11 +449,14 @@ bool FiniteDifferenceHessian::hessian_errors(std::span<const double> v, double s
                                              std::span<double> row_errors) {
   const Multipliers multipliers{sigma, lambda};
   std::vector<double> values, errors;
-  std::fill(row_errors.begin(), row_errors.end(), kInfinity);
+  std::ranges::fill(row_errors, kInfinity);
   if (!values_with_errors(v, multipliers, values, errors)) return true;
-  const auto rows = disagreeing_rows(v, multipliers, values, errors);
+  const auto rows = disagreeing_rows(v, multipliers, values, errors, kShare);
   if (!rows) return true;
-  std::fill(row_errors.begin(), row_errors.end(), 0.0);
+  std::ranges::fill(row_errors, 0.0);
+  if (!kept_.empty() && std::ranges::equal(v, kept_v_)) {  // what was returned may be of before
+    for (const auto k : indices(errors)) errors[k] += std::abs(kept_[k] - values[k]);
+  }
   for (const auto k : indices(errors)) {
     const auto [row, col] = structure_.hessian[k];
     row_errors[at(row)] += errors[k];

@@ -24,6 +24,8 @@ namespace ipminmax {
 /// Variables are perturbed in groups (color_hessian) by minmax_difference_step times their length
 /// (length_of): to both sides, or twice to one side near a bound. The error is of second order in
 /// the step both ways.
+/// Of many groups the last Hessian is returned again where three evaluations along a random
+/// direction do not tell it from differences, as of a bilinear game.
 /// Where a point is undefined, the group's variables are perturbed one by one, to the other side
 /// and with smaller steps; when nothing helps, the Hessian is undefined.
 class FiniteDifferenceHessian final : public Problem {
@@ -90,6 +92,7 @@ class FiniteDifferenceHessian final : public Problem {
   [[nodiscard]] bool fill(const std::vector<Index>& rows);
 
   [[nodiscard]] bool new_point(bool new_v);
+  void move_base(std::span<const double> v);
   [[nodiscard]] bool load_base(std::span<const double> v, const Multipliers& multipliers);
   [[nodiscard]] double length_at(std::size_t i, double v) const;
   [[nodiscard]] Offsets offsets(std::size_t i, double v, double scale, Side side) const;
@@ -105,12 +108,13 @@ class FiniteDifferenceHessian final : public Problem {
                                       std::span<const double> v, const Multipliers& multipliers,
                                       std::span<double> values, std::span<double> rounding);
   [[nodiscard]] bool find_change(const Multipliers& multipliers, std::vector<double>& change);
-  /// Rows in which the values disagree with the difference along a random direction; empty
-  /// optional: undefined along every direction tried.
+  /// Rows in which the values disagree with the difference along a random direction, by more than
+  /// that share of their size, too; empty optional: undefined along every direction tried.
   [[nodiscard]] std::optional<std::vector<Index>> disagreeing_rows(std::span<const double> v,
                                                                    const Multipliers& multipliers,
                                                                    std::span<const double> values,
-                                                                   std::span<const double> errors);
+                                                                   std::span<const double> errors,
+                                                                   double share);
   [[nodiscard]] std::vector<double> random_direction(std::span<const double> v, double scale);
   /// Values with the error estimate of each.
   [[nodiscard]] bool values_with_errors(std::span<const double> v, const Multipliers& multipliers,
@@ -131,6 +135,7 @@ class FiniteDifferenceHessian final : public Problem {
   std::vector<double> base_v_;  ///< where base_ was evaluated
   bool base_gradient_ = false, base_jacobian_ = false;
   FirstDerivatives base_, ahead_;
+  std::vector<double> kept_, kept_rounding_, kept_v_;  ///< the last Hessian, and where
   std::vector<double> trial_, first_, second_, third_, magnitude_;
   std::vector<Offsets> offsets_;  ///< of the group at hand
 };

@@ -75,9 +75,7 @@ HessianColoring color_hessian(std::span<const Triplet> pattern, Index variables)
   std::erase_if(result.groups, [](const auto& group) { return group.entries.empty(); });
   for (auto& group : result.groups) {
     for (const auto& entry : group.entries) group.variables.push_back(entry.col);
-    std::sort(group.variables.begin(), group.variables.end());
-    group.variables.erase(std::unique(group.variables.begin(), group.variables.end()),
-                          group.variables.end());
+    sort_each_once(group.variables);
   }
   return result;
 }
@@ -304,8 +302,7 @@ class Detector {
     std::vector<Triplet> result;
     for (const auto i : indices(pairs_of_)) {
       auto& partners = pairs_of_[i];
-      std::sort(partners.begin(), partners.end());
-      partners.erase(std::unique(partners.begin(), partners.end()), partners.end());
+      sort_each_once(partners);
       for (const Index j : partners) result.push_back({static_cast<Index>(i), j});
     }
     return result;

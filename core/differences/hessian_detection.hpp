@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <random>
 #include <span>
 #include <vector>
@@ -9,6 +10,11 @@
 #include "linalg/symmetric_matrix.hpp"
 
 namespace ipminmax {
+
+inline void sort_each_once(std::vector<Index>& numbers) {
+  std::ranges::sort(numbers);
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
 
 /// Groups of variables that are perturbed together, and where each entry of a symmetric matrix is
 /// then read: H(row, col) from the row of the difference along the group that contains col.

@@ -381,6 +381,51 @@ TEST(Differences, CostTwoEvaluationsPerGroup) {
   EXPECT_EQ(differences.gradients(), 2 * 3);
 }
 
+/// Gradients of Hessians, one after the other, of sums of all products of two variables, and of
+/// fourth powers times bend; sigma changes with the point, the third is the second again.
+std::vector<Index> gradients_of_hessians(double bend) {
+  constexpr std::size_t kSize = 20;
+  Model model;
+  std::vector<Expression> v;
+  Expression f = 0.0;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    v.push_back(model.variable(kMin, "v"));
+    f += bend * square(square(v[i]));
+    for (std::size_t j = 0; j < i; ++j) f += 0.1 * static_cast<double>(i + 1) * v[i] * v[j];
+  }
+  model.objective(f);
+  AutodiffProblem problem(model, std::vector(kSize, 0.1));
+  WithoutHessian blind(problem);
+  FiniteDifferenceHessian differences(blind, with_differences());
+  std::vector<double> values(differences.structure().hessian.size()), errors(kSize);
+  std::vector<Index> gradients;
+  for (const auto& [place, sigma] : {std::pair{0.3, 1.0}, {0.4, 1.0}, {0.4, 1.0}, {0.4, 2.0}}) {
+    const Index before = differences.gradients();
+    const std::vector<double> point(kSize, place);
+    EXPECT_TRUE(differences.hessian(point, true, sigma, {}, true, values));
+    gradients.push_back(differences.gradients() - before);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const auto [row, col] = differences.structure().hessian[k];
+      const double exact =
+          row == col ? 12.0 * bend * place * place : 0.1 * (std::max(row, col) + 1);
+      EXPECT_NEAR(values[k], sigma * exact, 1e-6);
+    }
+    EXPECT_TRUE(differences.hessian_errors(point, sigma, {}, errors));
+    for (const double error : errors) EXPECT_LT(error, 1e-5);
+  }
+  return gradients;
+}
+
+TEST(Differences, OfAQuadraticFunctionAreTakenOnce) {
+  const std::vector<Index> quadratic = gradients_of_hessians(0.0);
+  EXPECT_LE(quadratic[1], 4);
+  EXPECT_LE(quadratic[2], 4);
+  EXPECT_GT(quadratic[3], 30);  // twice the function
+  const std::vector<Index> quartic = gradients_of_hessians(1.0);
+  EXPECT_GT(quartic[1], 30);
+  EXPECT_LE(quartic[2], 4);
+}
+
 // --- Detection -----------------------------------------------------------------------------------
 
 Pairs detected(const Model& model, std::vector<double> start) {
