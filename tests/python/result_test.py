@@ -64,10 +64,11 @@ class Shape(unittest.TestCase):
             minimize_minmax(game, [1.0], [0.3], names_x=["a", "b"])
 
     def test_messages_name_constraints(self):
-        def message(*bounds):
+        def message(*bounds, name="budget"):
             return minimize_minmax(lambda x, y: x[0], [0.5], [0.5], bounds_x=(0.0, 1.0), bounds_y=(-1.0, 1.0), constraints=[
-                Constraint(lambda x, y: [x[0], y[0] + 0.3 * y[0] ** 2 + x[0]], *bounds, player="min", name="budget")]).message
+                Constraint(lambda x, y: [x[0], y[0] + 0.3 * y[0] ** 2 + x[0]], *bounds, player="min", name=name)]).message
         self.assertRegex(message(-np.inf, [2.0, 0.5]), r"budget\[1\]")
+        self.assertIn("constraint 1 (constraints[0][1])", message(-np.inf, [2.0, 0.5], name=None))
         self.assertRegex(message([-1.0, 0.5], [2.0, 0.5]), r"budget\[1\]")
 
     def test_the_gap_of_a_game_with_many_answers(self):

@@ -79,16 +79,14 @@ class Row:
         for bound, which in ((self.lb, "lb"), (self.ub, "ub")):
             array = to_floats(bound, f"{which} of {self.name}")
             if array.size not in (1, self.size):
-                raise ValueError(f"{which} of {self.name} has {array.size} entries, but fun has "
-                                 f"{self.size} values")
+                raise ValueError(f"{which} of {self.name} has {array.size} entries, but fun has {self.size} values")
             if np.any(np.isnan(array)):
                 raise ValueError(f"{which} of {self.name} is NaN")
             pair.append(np.broadcast_to(array.ravel(), self.size))
         wrong = pair[0] > pair[1]
         if np.any(wrong):
             at = int(np.argmax(wrong))
-            raise ValueError(f"lb of {self.name} is above ub: {pair[0][at]} > {pair[1][at]} "
-                             f"(value {at})")
+            raise ValueError(f"lb of {self.name} is above ub: {pair[0][at]} > {pair[1][at]} (value {at})")
         return pair[0], pair[1]
 
 
@@ -105,8 +103,7 @@ def derivative_argument(jac: Any, name: str) -> Tuple[Optional[Callable[..., Any
         return None, None
     if isinstance(jac, str):
         if jac not in ("2-point", "3-point", "cs"):
-            raise ValueError(f'{name} is {jac!r:.60}; it must be a function, "2-point", "3-point" or '
-                             '"cs"')
+            raise ValueError(f'{name} is {jac!r:.60}; it must be a function, "2-point", "3-point" or "cs"')
         return None, "cs" if jac == "cs" else "3-point"
     return _function(jac, name), None
 
@@ -120,16 +117,14 @@ def _stacked(A_x: Any, A_y: Any, nx: int, ny: int, name: str) -> Any:
             matrix = np.atleast_2d(to_floats(matrix, f"{which} of {name}"))
         if matrix is not None:
             if len(matrix.shape) != 2 or matrix.shape[1] != columns:
-                raise ValueError(f"{which} of {name} has shape {matrix.shape}, but there are "
-                                 f"{columns} variables")
+                raise ValueError(f"{which} of {name} has shape {matrix.shape}, but there are {columns} variables")
             rows = matrix.shape[0]
         blocks.append(matrix)
     given = [b for b in blocks if b is not None]
     if not given:
         raise ValueError(f"{name} has neither A_x nor A_y")
     if len(given) == 2 and given[0].shape[0] != given[1].shape[0]:
-        raise ValueError(f"A_x and A_y of {name} have {given[0].shape[0]} and {given[1].shape[0]} "
-                         "rows")
+        raise ValueError(f"A_x and A_y of {name} have {given[0].shape[0]} and {given[1].shape[0]} rows")
     if any(b is not None and is_sparse(b) for b in blocks):
         import scipy.sparse
         blocks = [scipy.sparse.csr_matrix((rows, columns)) if b is None else b
@@ -171,8 +166,7 @@ def read_constraint(given: Any, name: str, nx: int, ny: int) -> Row:
     if hasattr(given, "A") and hasattr(given, "lb") and hasattr(given, "ub"):
         matrix = given.A if is_sparse(given.A) else np.atleast_2d(to_floats(given.A, f"A of {name}"))
         if matrix.shape[1] != nx + ny:
-            raise ValueError(f"A of {name} has {matrix.shape[1]} columns, but there are {nx + ny} "
-                             "variables, x and y")
+            raise ValueError(f"A of {name} has {matrix.shape[1]} columns, but there are {nx + ny} variables, x and y")
         return Row(name, given.lb, given.ub, getattr(given, "player", None)).with_matrix(
             matrix.tocsr() if is_sparse(matrix) else matrix, nx)
     if hasattr(given, "fun") and hasattr(given, "lb") and hasattr(given, "ub"):
@@ -206,8 +200,7 @@ def read_bounds(bounds: Any, size: int, name: str) -> Tuple[Vector, Vector]:
             try:
                 low, up = (None, None) if pair is None else pair
             except (TypeError, ValueError):
-                raise ValueError(f"{name}[{i}] is {pair!r:.60}; it must be a pair (low, high) or None"
-                                 ) from None
+                raise ValueError(f"{name}[{i}] is {pair!r:.60}; it must be a pair (low, high) or None") from None
             lows.append(-np.inf if low is None else low)
             ups.append(np.inf if up is None else up)
         sides = [to_floats(lows, name), to_floats(ups, name)]

@@ -183,8 +183,7 @@ def central(function: Function, v: Vector, box: Box) -> Vector:
     return np.stack(columns, axis=-1)
 
 
-def _slope(function: Function, v: Vector, direction: Vector, step: float
-           ) -> Optional[Tuple[Vector, Vector]]:
+def _slope(function: Function, v: Vector, direction: Vector, step: float) -> Optional[Tuple[Vector, Vector]]:
     """Slope along the direction by (4 f(v + h d) - 3 f(v) - f(v + 2 h d)) / (2 h), and by how much it
     may be wrong: from f'' (a third derivative is taken to be of its size) and rounding."""
     here, near, far = (_values(function, v + k * step * direction) for k in (0.0, 1.0, 2.0))
@@ -247,8 +246,7 @@ def _analytic_at(function: Function, v: Vector, box: Box, random: np.random.Gene
 
 def is_analytic(function: Function, v: Vector, box: Box) -> bool:
     """Whether complex steps may be used around v: at two points near it they agree with differences.
-    Not at v itself, where |y|^2 at y = 0 has the derivative 0 that complex steps give it everywhere.
-    """
+    Not at v itself, where |y|^2 at y = 0 has the derivative 0 that complex steps give it everywhere."""
     random = np.random.default_rng(20240229)
     checked = 0
     for share in _MOVES:
@@ -355,5 +353,4 @@ def check_given(function: Function, derivative: Function, v: Vector, box: Box,
             row, claimed, slope, along = alone
             return (f"{name(row)} has the derivative {claimed / along[j]:.6g} to {variable(int(j))}, "
                     f"but differences give {slope / along[j]:.6g}")
-    return (f"{name(row)} has the slope {claimed:.6g} along a direction, but differences give "
-            f"{slope:.6g}")
+    return (f"{name(row)} has the slope {claimed:.6g} along a direction, but differences give {slope:.6g}")

@@ -62,8 +62,7 @@ def _number(value: Any, name: str) -> float:
 class _Game:
     """The functions of Problem from functions of (x, y)."""
 
-    def __init__(self, fun: Any, v0: Vector, nx: int, args: Tuple[Any, ...], box: Box, clock: _Clock
-                 ) -> None:
+    def __init__(self, fun: Any, v0: Vector, nx: int, args: Tuple[Any, ...], box: Box, clock: _Clock) -> None:
         if not callable(fun):
             raise TypeError(f"fun is {fun!r:.60}, not a function")
         self.fun, self.args, self.nx, self.n, self.box = fun, args, nx, v0.size, box
@@ -80,9 +79,6 @@ class _Game:
 
     def split(self, v: Any) -> Tuple[Any, Any]:
         return v[:self.nx], v[self.nx:]
-
-    def variable(self, j: int) -> str:
-        return self.names[j]
 
     # --- The objective
 
@@ -161,8 +157,7 @@ class _Game:
             raise TypeError(f"fun of {row.name} returned None")
         array = np.atleast_1d(to_floats(values, f"what fun of {row.name} returned")).ravel()
         if row.size and array.size != row.size:
-            raise ValueError(f"fun of {row.name} returned {array.size} values, but {row.size} at the "
-                             "start")
+            raise ValueError(f"fun of {row.name} returned {array.size} values, but {row.size} at the start")
         return array
 
     def add_constraint(self, row: Row) -> None:
@@ -317,13 +312,13 @@ class _Game:
         wrong = None
         if self.given:
             wrong = check_given(lambda at: _number(self._plain(at), "fun"), self.gradient, v, self.box,
-                                lambda _: "jac", self.variable)
+                                lambda _: "jac", self.names.__getitem__)
         for row in self.rows:
             if wrong is None and row.jac is not None and not hasattr(row.fun, "is_ours"):
                 wrong = check_given(
                     lambda at, row=row: self.row_values(row, at), row.derivative,  # type: ignore
                     v, self.box, lambda k, row=row: f"value {k} of jac of {row.name}"  # type: ignore
-                    if row.size > 1 else f"jac of {row.name}", self.variable)
+                    if row.size > 1 else f"jac of {row.name}", self.names.__getitem__)
         return wrong
 
     def _plain(self, v: Vector) -> Any:
@@ -377,8 +372,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
         functions.intermediate = game.progress = Progress(
             getattr(functions, "intermediate", None), lambda: of().get_current_iterate())  # type: ignore[union-attr]
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
-    names = ["" if row.name.startswith("constraints[") else row.name if row.size == 1 else f"{row.name}[{k}]"
-             for row, k in game.places]  # those that the user gave
+    names = [row.name if row.size == 1 else f"{row.name}[{k}]" for row, k in game.places]
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower, game.box.upper,
                       np.concatenate([s[0] for s in sides]) if sides else None,
                       np.concatenate([s[1] for s in sides]) if sides else None,

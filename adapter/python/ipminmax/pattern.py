@@ -26,8 +26,7 @@ def joined(parts: Tuple[Any, ...], nx: int, ny: int, rows: int, name: str) -> An
             if part.size == rows * columns and (part.ndim < 2 or part.size == 0):
                 part = part.reshape(rows, columns)
         if tuple(part.shape) != (rows, columns):
-            raise ValueError(f"the part of {name} to {to} has shape {part.shape}, expected "
-                             f"{(rows, columns)}")
+            raise ValueError(f"the part of {name} to {to} has shape {part.shape}, expected {(rows, columns)}")
         blocks.append(part)
     if any(is_sparse(block) for block in blocks):
         import scipy.sparse
@@ -40,8 +39,7 @@ class Pattern:
     matrix stores, or at which an array is nonzero, at the start or at one of a few points around it.
     A later nonzero elsewhere is an error, not a lost entry."""
 
-    def __init__(self, function: Matrix, v0: Vector, box: Box, shape: Tuple[int, int], name: str
-                 ) -> None:
+    def __init__(self, function: Matrix, v0: Vector, box: Box, shape: Tuple[int, int], name: str) -> None:
         self.shape, self.name = shape, name
         first = function(v0)
         self.is_sparse = is_sparse(first)
@@ -112,6 +110,5 @@ def lower_triangle(pattern: Pattern) -> npt.NDArray[np.bool_]:
     if not np.all(mirrored):
         at = np.flatnonzero(upper)[np.argmin(mirrored)]
         i, j = int(pattern.rows[at]), int(pattern.cols[at])
-        raise ValueError(f"{pattern.name} is not symmetric: it has an entry at ({i}, {j}) and none at "
-                         f"({j}, {i})")
+        raise ValueError(f"{pattern.name} is not symmetric: it has an entry at ({i}, {j}) and none at ({j}, {i})")
     return ~upper

@@ -46,8 +46,7 @@ def maxima(fun: Callable[..., Any], x: npt.ArrayLike, y0: npt.ArrayLike, bounds_
 def segment(fun: Callable[..., Any], first: Tuple[Any, Any], second: Tuple[Any, Any],
             bounds_y: Any = None, count: int = 41, starts: int = 10) -> Segment:
     """fun, its local maxima over y and phi = max over y along the way from the point first = (x, y) to second."""
-    ends = [[np.atleast_1d(np.asarray(part, dtype=float)) for part in point]
-            for point in (first, second)]
+    ends = [[np.atleast_1d(np.asarray(part, dtype=float)) for part in point] for point in (first, second)]
     share = np.linspace(0.0, 1.0, count)
     value, branches = [], []
     for t in share:

@@ -380,7 +380,7 @@ class _Model:
             if np.any(low == up):
                 return self._add_equation(name, f.value, low, up, degree)
             if self.exact and self.given.k and degree == 1:
-                return self._add_formula(number, f.value, low, up)
+                return self._add_formula(name or "fun", number, f.value, low, up)
             self.robust[len(self.rows)] = _Rows(
                 number, f.value, [(k, r, 1.0, 0) for k in scenarios for r in range(low.size)], False)
         self.reads_y = self.reads_y or degree > 0
@@ -393,21 +393,21 @@ class _Model:
             lambda X, W: np.concatenate([f.value(X, W, k) for k in scenarios]), np.tile(low, many), np.tile(up, many),
             f.jac and (lambda X, W: np.vstack([f.jac(X, W, k) for k in scenarios])),
             f.hess and (lambda X, W, weights: sum(f.hess(X, W, k, w) for k, w in zip(
-                scenarios, weights.reshape(many, -1)))), player, None if name.startswith("constraints[") else name))
+                scenarios, weights.reshape(many, -1)))), player, name or "fun"))
 
-    def _add_rows(self, fun: Any, low: Vector, up: Vector) -> Any:
+    def _add_rows(self, name: str, fun: Any, low: Vector, up: Vector) -> Any:
         """low <= fun(X) <= up, if fun is linear as a matrix, and no row twice; returns which rows stay."""
         plane = _plane(fun, self.start.size)
         if plane is None:
-            self.rows.append(Constraint(lambda X, W: fun(X), low, up, player="min"))
+            self.rows.append(Constraint(lambda X, W: fun(X), low, up, player="min", name=name))
             return range(low.size)
         every = np.column_stack([plane[1], low - plane[0], up - plane[0]])
         kept = np.sort(np.unique(np.round(every, 12), axis=0, return_index=True)[1])
         matrix, low, up = plane[1][kept], every[kept, -2], every[kept, -1]
-        self.rows.append(LinearConstraint(matrix, None, low, up, player="min"))
+        self.rows.append(LinearConstraint(matrix, None, low, up, "min", name))
         return kept
 
-    def _add_formula(self, number: Optional[int], value: Any, low: Vector, up: Vector) -> None:
+    def _add_formula(self, name: str, number: Optional[int], value: Any, low: Vector, up: Vector) -> None:
         """The largest value over the set: at its corners if there are few, else by a formula, with equations of
         dual variables."""
         if self.dual is None:
@@ -433,7 +433,7 @@ class _Model:
 
         zeros = np.zeros(len(entries) // dual.rows * equal)
         bound = [up[r] if sign > 0.0 else -low[r] for _, r, sign, _ in entries]
-        kept = self._add_rows(fun, np.r_[np.full(len(entries), -np.inf), zeros], np.r_[bound, zeros])
+        kept = self._add_rows(name, fun, np.r_[np.full(len(entries), -np.inf), zeros], np.r_[bound, zeros])
         self.robust[len(self.rows) - 1] = _Rows(number, value, [entries[i] for i in kept if i < len(entries)], True)
         for h, w, t in getattr(dual, "cones", ()):
             self.rows += [_cone(h, i + w, i + t) for i in range(first, first + lower.size, size)]
@@ -454,7 +454,7 @@ class _Model:
 
         seen = np.abs([every(self.start + self._random.uniform(-1.0, 1.0, self.start.size)) for _ in range(3)])
         use = np.any(seen > 1e-12 * seen.max(), axis=0)  # y that the equation does not read
-        self._add_rows(lambda X: every(X)[use], np.zeros(use.sum()), np.zeros(use.sum()))
+        self._add_rows(name, lambda X: every(X)[use], np.zeros(use.sum()), np.zeros(use.sum()))
 
     def game(self) -> List[Any]:
         """All rows; those of the set, and its factors, only if something reads them."""
@@ -463,6 +463,7 @@ class _Model:
         found = self.rows + (self.given.constraints(self.start.size, self.w0.size - self.given.k)
                              if self.reads_y else [])
         for row in found:
+            row.name = row.name or "uncertainty"
             if isinstance(row, LinearConstraint) and row.A_x is not None:
                 row.A_x = np.pad(row.A_x, ((0, 0), (0, self.start.size - row.A_x.shape[1])))
         return found
