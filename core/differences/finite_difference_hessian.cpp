@@ -345,9 +345,9 @@ bool FiniteDifferenceHessian::hessian(std::span<const double> v, bool, double si
                                       std::span<const double> lambda, bool,
                                       std::span<double> values) {
   const Multipliers multipliers{sigma, lambda};
+  if (groups() < kGroupsOfALook) return differences(v, multipliers, 1.0, values, {});
   std::optional<std::vector<Index>> changed;
-  if (groups() >= kGroupsOfALook && !kept_.empty())
-    changed = disagreeing_rows(v, multipliers, kept_, kept_rounding_, 0.0);
+  if (!kept_.empty()) changed = disagreeing_rows(v, multipliers, kept_, kept_rounding_, 0.0);
   if (!changed || !changed->empty()) {
     kept_.clear();
     kept_rounding_.resize(values.size());

@@ -451,8 +451,8 @@ TEST(Audit, TheEpigraphFormIsSolvedAsAccuratelyAsTheModel) {
 }
 
 TEST(Audit, TheEpigraphFormIsAsComplementaryAsTheModel) {
-  // (a - 3)^2 + (b - 2)^2, a (Y^2 + Y)/2 + b (Y^2 - Y)/2 <= 1 for |Y| <= 1: 5 at a = b = 1. Units in
-  // which f is 1e13 near the start.
+  // (a - 3)^2 + (b - 2)^2, a (Y^2 + Y)/2 + b (Y^2 - Y)/2 <= 1 for |Y| <= 1: 5 at a = b = 1. Units
+  // in which f is 1e13 near the start.
   Model model;
   const Expression a = 100.0 * model.variable(kMin, "a");
   const Expression b = 1e6 * (model.variable(kMin, "b") - 1e4);
