@@ -326,30 +326,57 @@ class StageGame : public Problem {
     return true;
   }
   [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
-    values(v);
+    values(v, parts());
     f = objective_;
     return std::isfinite(f);
   }
   [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override {
-    values(v);
+    values(v, parts());
     std::ranges::copy(rows_, g.begin());
     return all_finite(g);
   }
   [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
-    first_derivatives(v);
+    first_derivatives(v, parts());
     std::ranges::copy(gradient_, grad.begin());
     return all_finite(grad);
   }
   [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> to) override {
-    first_derivatives(v);
+    first_derivatives(v, parts());
     std::ranges::copy(jacobian_, to.begin());
     return all_finite(to);
+  }
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                     std::span<double> g) override {
+    values(v, parts_up_to(rows));
+    bool finite = true;
+    for (const Index row : rows) {
+      const auto j = static_cast<std::size_t>(row);
+      g[j] = rows_[j];
+      finite = finite && std::isfinite(g[j]);
+    }
+    return finite;
+  }
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                   std::span<double> to) override {
+    first_derivatives(v, parts_up_to(rows));
+    std::copy_n(jacobian_.begin(), derived_entries_, to.begin());
+    return all_finite(to.first(derived_entries_));
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double sigma,
                              std::span<const double> lambda, bool, std::span<double> to) override {
     std::ranges::fill(to, 0.0);
     std::size_t place = 0;
+    const auto skips = [&](std::size_t k) {  // a group in which nothing has a weight
+      const auto weights = lambda.subspan(k * kRows, (end_of_group(k) - k) * kRows);
+      return sigma == 0.0 && std::ranges::all_of(weights, [](double w) { return w == 0.0; });
+    };
     for (std::size_t k = 0; k < h_.stages;) {
+      if (skips(k)) {
+        for (const std::size_t end = end_of_group(k); k < end; ++k) {
+          for (const Triplet& entry : stage_pattern_.hessian) place += is_there(k, entry) ? 1 : 0;
+        }
+        continue;
+      }
       if (record_wide(v, k)) {
         wide_weights_.resize(kRows + 1);
         wide_weights_[kRows].fill(sigma);
@@ -810,72 +837,85 @@ class StageGame : public Problem {
         [&](std::span<const Taped> in, std::span<Taped> out) { run_end<Taped>(in, out); });
   }
 
-  /// f and g at v.
-  void values(std::span<const double> v) {
-    if (std::ranges::equal(v, value_point_)) return;
-    value_point_.clear();
+  /// The stages and the end.
+  [[nodiscard]] std::size_t parts() const { return h_.stages + 1; }
+  /// The first ones, up to that of the last of some constraints (ascending).
+  [[nodiscard]] std::size_t parts_up_to(std::span<const Index> rows) const {
+    if (rows.empty()) return 0;
+    return std::min(static_cast<std::size_t>(rows.back()) / kRows, h_.stages) + 1;
+  }
+
+  /// f and g at v, of these first parts.
+  void values(std::span<const double> v, std::size_t count) {
+    if (!std::ranges::equal(v, value_point_)) {
+      value_point_.assign(v.begin(), v.end());
+      valued_ = 0;
+      objective_ = 0.0;
+    }
     local_.resize(locals_);
     std::array<Plain, kRows + 1> out{};
-    objective_ = 0.0;
-    for (std::size_t k = 0; k < h_.stages; ++k) {
-      gather<double>(v, k, local_);
+    for (; valued_ < std::min(count, h_.stages); ++valued_) {
+      gather<double>(v, valued_, local_);
       plain_.assign(local_.begin(), local_.end());
-      run_stage<Plain>(k, plain_, out);
-      for (std::size_t j = 0; j < kRows; ++j) rows_[k * kRows + j] = out[j].value();
+      run_stage<Plain>(valued_, plain_, out);
+      for (std::size_t j = 0; j < kRows; ++j) rows_[valued_ * kRows + j] = out[j].value();
       objective_ += out[kRows].value();
     }
+    if (valued_ >= count) return;
     std::array<Plain, nt + 1> last{};
     const auto end = v.subspan(h_.stages * kBlock);
     plain_.assign(end.begin(), end.end());
     run_end<Plain>(plain_, last);
     for (std::size_t j = 0; j < nt; ++j) rows_[h_.stages * kRows + j] = last[j].value();
     objective_ += last[nt].value();
-    value_point_.assign(v.begin(), v.end());
+    ++valued_;
   }
-  /// Gradient and Jacobian at v.
-  void first_derivatives(std::span<const double> v) {
-    if (std::ranges::equal(v, derivative_point_)) return;
-    derivative_point_.clear();
-    std::ranges::fill(gradient_, 0.0);
-    std::size_t place = 0;
+  /// Gradient and Jacobian at v, of these first parts.
+  void first_derivatives(std::span<const double> v, std::size_t count) {
+    if (!std::ranges::equal(v, derivative_point_)) {
+      derivative_point_.assign(v.begin(), v.end());
+      derived_ = derived_entries_ = 0;
+      std::ranges::fill(gradient_, 0.0);
+    }
     const auto put = [&](std::size_t k, auto value_of) {
       for (std::size_t e = 0; e < stage_pattern_.jacobian.size(); ++e) {
         const auto& [row, col] = stage_pattern_.jacobian[e];
         const Index i = global(k, static_cast<std::size_t>(col));
         if (i < 0) continue;
         if (row < index(kRows))
-          jacobian_[place++] = value_of(e);
+          jacobian_[derived_entries_++] = value_of(e);
         else
           gradient_[static_cast<std::size_t>(i)] += value_of(e);
       }
     };
-    for (std::size_t k = 0; k < h_.stages;) {
-      if (record_wide(v, k)) {
+    while (derived_ < std::min(count, h_.stages)) {
+      if (record_wide(v, derived_)) {
         wide_values_.assign(stage_pattern_.jacobian.size(), {});
         wide_tape_->jacobian_at(0, kRows + 1, wide_values_);
         for (std::size_t l = 0; l < kLanes; ++l)
-          put(k + l, [&](std::size_t e) { return wide_values_[e][l]; });
-        k += kLanes;
+          put(derived_ + l, [&](std::size_t e) { return wide_values_[e][l]; });
+        derived_ += kLanes;
         continue;
       }
-      for (const std::size_t end = end_of_group(k); k < end; ++k) {
-        record_stage(v, k);
+      for (const std::size_t end = end_of_group(derived_); derived_ < end; ++derived_) {
+        record_stage(v, derived_);
         stage_values_.assign(stage_pattern_.jacobian.size(), 0.0);
         stage_tape_->jacobian(0, kRows + 1, stage_values_);
-        put(k, [&](std::size_t e) { return stage_values_[e]; });
+        put(derived_, [&](std::size_t e) { return stage_values_[e]; });
       }
     }
+    if (derived_ >= count) return;
     record_end(v);
     stage_values_.assign(end_pattern_.jacobian.size(), 0.0);
     end_tape_->jacobian(0, nt + 1, stage_values_);
     for (std::size_t e = 0; e < stage_values_.size(); ++e) {
       const auto& [row, col] = end_pattern_.jacobian[e];
       if (row < index(nt))
-        jacobian_[place++] = stage_values_[e];
+        jacobian_[derived_entries_++] = stage_values_[e];
       else
         gradient_[h_.stages * kBlock + static_cast<std::size_t>(col)] += stage_values_[e];
     }
-    derivative_point_.assign(v.begin(), v.end());
+    ++derived_;
   }
   void forget() {
     value_point_.clear();
@@ -898,6 +938,8 @@ class StageGame : public Problem {
   std::optional<Result> last_;
 
   std::vector<double> value_point_, derivative_point_;  ///< empty: none
+  std::size_t valued_ = 0, derived_ = 0;                ///< parts evaluated there
+  std::size_t derived_entries_ = 0;                     ///< of the Jacobian
   double objective_ = 0.0;
   std::vector<double> rows_, gradient_, jacobian_;
   std::vector<double> local_, weights_, stage_values_;

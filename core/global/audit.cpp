@@ -90,8 +90,9 @@ class Hearing {
                                                                                       : nullptr;
   }
 
-  /// The y that violates a robust constraint most, beside its range.
-  [[nodiscard]] std::optional<RobustWorstCase> violated() const {
+  /// The y that violates a robust constraint most, beside its range. What follows from it, which is
+  /// that of the x where it was met, is computed anew.
+  [[nodiscard]] std::optional<RobustWorstCase> violated() {
     const double tol = options_.minmax_worst_case_tol + kRelaxations * options_.bound_relax_factor;
     std::optional<RobustWorstCase> worst;
     double largest = 0.0;
@@ -101,13 +102,18 @@ class Hearing {
         worst = {
             .constraint = row, .v = result_.v, .value = result_.constraints[j], .active = true};
       for (const Look& seen : looks_) {
-        if (is_met(seen.g[j], s_.constraint_lower[j], s_.constraint_upper[j], ranges_[j], tol))
+        const double lower = s_.constraint_lower[j], upper = s_.constraint_upper[j];
+        if (is_met(seen.g[j], lower, upper, ranges_[j], tol)) continue;
+        const Look here = anew(seen);
+        measure_change_by_equations(j);
+        const double beside =
+            excess(here.g[j], lower, upper) / std::max(ranges_[j].size(), kVanishingRange);
+        if (is_met(here.g[j], lower, upper, ranges_[j], tol) || beside <= largest ||
+            !max_may_choose(here)) {
           continue;
-        const double beside = excess(seen.g[j], s_.constraint_lower[j], s_.constraint_upper[j]) /
-                              std::max(ranges_[j].size(), kVanishingRange);
-        if (beside > largest)
-          worst = {.constraint = row, .v = seen.v, .value = seen.g[j], .active = true};
-        largest = std::max(largest, beside);
+        }
+        worst = {.constraint = row, .v = here.v, .value = here.g[j], .active = true};
+        largest = beside;
       }
     }
     return worst;
@@ -163,6 +169,18 @@ class Hearing {
     return first;
   }
 
+  /// With the variables that follow from y by explicit equations at the answer's x.
+  [[nodiscard]] Look anew(const Look& seen) {
+    if (!follows_) {
+      counts_.jacobian += 3;
+      follows_ = RobustScopes(s_, linear_entries(model_, result_.v)).follows();
+    }
+    Look here = seen;
+    if (follows_->empty() || !complete(model_, *follows_, here.v)) return seen;
+    ++counts_.constraints;
+    return model_.constraints(here.v, true, here.g) ? here : seen;
+  }
+
   /// v: n values.
   [[nodiscard]] std::optional<Look> look(const std::vector<double>& v) {
     Look seen{.v = v, .g = result_.constraints};
@@ -191,16 +209,23 @@ class Hearing {
     return rows;
   }
 
-  /// What f and the constraints change by at the answer as each Min variable moves by its size.
-  void measure_changes_by_min() {
+  /// Of the variables, as they moved from the model's start to the answer.
+  [[nodiscard]] VariableRanges moves() {
     VariableRanges sizes(s_);
     sizes.see(result_.v);
     if (const auto start = model_start(model_)) sizes.see(*start);
-    std::vector<double> gradient(result_.v.size()), jacobian(s_.jacobian.size());
+    return sizes;
+  }
+
+  /// What f and the constraints change by at the answer as each Min variable moves by its size.
+  void measure_changes_by_min() {
+    const VariableRanges sizes = moves();
+    std::vector<double> gradient(result_.v.size());
+    jacobian_.resize(s_.jacobian.size());
     ++counts_.gradient;
     ++counts_.jacobian;
     if (!model_.gradient(result_.v, true, gradient) ||
-        !model_.jacobian(result_.v, false, jacobian)) {
+        !model_.jacobian(result_.v, false, jacobian_)) {
       return;
     }
     changes_are_known_ = true;
@@ -209,9 +234,9 @@ class Hearing {
         change_of_f_ += std::abs(gradient[i]) * sizes.moved(i);
     }
     changes_.assign(ranges_.size(), 0.0);
-    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    for (std::size_t k = 0; k < jacobian_.size(); ++k) {
       const auto [row, col] = s_.jacobian[k];
-      const double slope = std::abs(jacobian[k]);
+      const double slope = std::abs(jacobian_[k]);
       if (s_.variable_players[at(col)] == Player::Min) {
         changes_[at(row)] += slope * sizes.moved(at(col));
       } else if (at(row) < result_.constraints.size() && sizes.of(at(col)) < kUnbounded) {
@@ -224,6 +249,37 @@ class Hearing {
           at(row) < result_.constraints.size())
         ranges_[at(row)].see(result_.constraints[at(row)] - changes_[at(row)]);
     }
+  }
+
+  /// The same of a constraint that reads no Min variable, through explicit equations of Max: by the
+  /// chain rule, backwards.
+  void measure_change_by_equations(std::size_t j) {
+    if (!changes_are_known_ || changes_[j] > 0.0 || follows_->empty()) return;
+    std::vector<double> slopes(result_.v.size(), 0.0);
+    std::vector<std::vector<std::size_t>> entries(changes_.size());
+    for (std::size_t k = 0; k < jacobian_.size(); ++k) {
+      const auto [row, col] = s_.jacobian[k];
+      entries[at(row)].push_back(k);
+      if (at(row) == j) slopes[at(col)] += jacobian_[k];
+    }
+    for (auto equation = follows_->rbegin(); equation != follows_->rend(); ++equation) {
+      const auto [row, variable] = *equation;
+      double own = 0.0;
+      const double slope = std::exchange(slopes[at(variable)], 0.0);
+      if (slope == 0.0) continue;
+      for (const std::size_t k : entries[at(row)])
+        own += s_.jacobian[k].col == variable ? jacobian_[k] : 0.0;
+      for (const std::size_t k : entries[at(row)]) {
+        if (s_.jacobian[k].col != variable)
+          slopes[at(s_.jacobian[k].col)] -= slope / own * jacobian_[k];
+      }
+    }
+    VariableRanges sizes = moves();
+    for (std::size_t i = 0; i < slopes.size(); ++i) {
+      if (s_.variable_players[i] == Player::Min)
+        changes_[j] += std::abs(slopes[i]) * sizes.moved(i);
+    }
+    ranges_[j].cap = std::max(ranges_[j].cap, changes_[j]);
   }
 
   /// To what matters at the answer: what x can change there, or, where it changes nothing, how
@@ -289,8 +345,10 @@ class Hearing {
   std::vector<ValueRange> ranges_;  ///< m
   bool changes_are_known_ = false;
   double change_of_f_ = 0.0;
-  std::vector<double> changes_;  ///< m
+  std::vector<double> changes_;   ///< m
+  std::vector<double> jacobian_;  ///< at the answer
   std::vector<Look> looks_;
+  std::optional<std::vector<RobustScope::Explicit>> follows_;
 };
 
 /// Of its range: by what f must be exceeded.

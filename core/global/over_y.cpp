@@ -168,10 +168,14 @@ class MaximizationOverY {
     const std::size_t boxed = boxed_variables(s_, options_).size();
     is_boxed_ = boxed == free_.size();
     is_connected_ = !may_be_disconnected(s_, boxed, free_.size(), options_);
+    follows_ = is_connected_ && count_equations(s_) + boxed == free_.size();
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
     found_.tol = options_.minmax_worst_case_tol;
+    // In units of a row's size. After the first stages it may hardly depend on y.
+    constexpr double kSolvedTo = 10.0;
+    if (context_.complete) found_.range.accuracy = kSolvedTo * options_.tol;
   }
 
   [[nodiscard]] MaximaOverY run(Index starts, std::vector<std::vector<double>> given) {
@@ -451,7 +455,7 @@ class MaximizationOverY {
     if (maximum || runs_away) highest_maximum_ = std::max(highest_maximum_, result.objective);
     found_.single_branch = found_.single_branch && maximum;
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-    if (runs_away || (maximum && !certified && limit_ && !is_boxed_)) {
+    if (runs_away || (maximum && !certified && limit_ && !is_boxed_ && !follows_)) {
       // Far away and infeasible, nothing is seen of f.
       double size = 0.0;
       for (const std::size_t i : free_) size = std::max(size, std::abs(result.v[i]));
@@ -463,7 +467,14 @@ class MaximizationOverY {
       return;
     }
     std::vector<double> v = result.v;
-    const double value = result.objective;
+    double value = result.objective;
+    if (context_.complete) {
+      ++context_.work.counts.objective;
+      if (!context_.complete(v) || !inner_.objective(v, true, value)) {
+        found_.completed = false;
+        return;
+      }
+    }
     found_.range.see(value);
     accuracy_ = std::min(accuracy_, options_.tol / std::abs(result.objective_scale));
     if (context_.witnesses != nullptr) context_.witnesses->add(v);
@@ -497,6 +508,7 @@ class MaximizationOverY {
   std::vector<std::size_t> free_;  ///< variables that are not held
   bool is_boxed_ = false;          ///< these all have two bounds: none of them can run away
   bool is_connected_ = true;       ///< boxes, and states that follow from variables in them
+  bool follows_ = false;           ///< equations determine what has not two bounds
   SearchStructure structure_;
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away
@@ -590,23 +602,26 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
                                                  const RobustScopes& scopes, const RowUnits& units,
                                                  const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
-  const auto scan_side = [&](Index row, int side, double bound, double accepted) {
+  const auto scan_in = [&](const RobustScope& scope, Index row, int side, double bound,
+                           double accepted) {
     MaximaOverY scan;
     if (context.budget.used_up()) return scan;
     std::vector<std::vector<double>> given;
     for (const RobustCopies::WorstCase& other : known) {
       if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
     }
-    const RobustScope scope = scopes.of(row);
     const auto last = std::ranges::find_if(followed, [&](const RobustWorstCase& one) {
       return one.constraint == row && one.side == side && one.v.size() == x.size();
     });
     const bool was_active = last != followed.end() && last->active;
     MaximizationContext own = context;
     own.size = units.size[at(row)];
+    if (!scope.follows.empty())
+      own.complete = [&](std::vector<double>& v) { return complete(model, scope.follows, v); };
     if (last != followed.end() && !was_active) {
       std::vector<double> v = x;
       for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
+      for (const auto& [equation, i] : scope.follows) v[at(i)] = last->v[at(i)];
       RowOverY problem(model, row, side, std::move(v), scope);
       own.options = staying_near(context.options, kMuBeside);
       own.options.minmax_max_restarts = 0;
@@ -636,6 +651,12 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
       describe(row, side, *scan.proof);
     }
     return scan;
+  };
+  // Where a trajectory that goes on diverges y is not Max's.
+  const auto scan_side = [&](Index row, int side, double bound, double accepted) {
+    MaximaOverY scan = scan_in(scopes.of(row), row, side, bound, accepted);
+    if (scan.completed) return scan;
+    return scan_in(scopes.all_of(row), row, side, bound, accepted);
   };
   std::vector<MaximaOverY> scans;
   for (const Index row : robust_constraints(s)) {

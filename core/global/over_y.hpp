@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -55,6 +56,9 @@ struct MaximizationContext {
   /// that.
   double size = 0.0;
   const VariableRanges* sizes = nullptr;  ///< of Min's variables; null: their values
+  /// Gives what follows from the rest of a maximum (n values) its values; false: it has none.
+  /// Empty: nothing does.
+  std::function<bool(std::vector<double>&)> complete{};
 };
 
 /// What maximizing f, or side times a robust constraint, over y at one x has found.
@@ -69,6 +73,7 @@ struct MaximaOverY {
   bool single_branch = true;  ///< all at one maximum, K_yy right at every iterate
   bool finished = true;       ///< false: the budget was used up
   bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
+  bool completed = true;      ///< false: some maxima could not be, and are left out
   /// Of few variables that others follow: those that have no value, n values each.
   std::vector<std::vector<double>> valueless_corners;
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y

@@ -108,6 +108,7 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
     const double multiplier = result.lambda[at(row)];
     if (row != one.constraint) own.lambda[at(one.constraint)] += multiplier;
     const double weight = k == of_objective ? kInfinity : std::abs(multiplier);
+    const std::vector<double> point = copies.model_point(result.v, k);
     for (std::size_t i = 0; i < n; ++i) {
       const auto copy = at(copies.variable(k, static_cast<Index>(i)));
       const bool free =
@@ -115,11 +116,21 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
           k == of_objective;  // read by nothing, or by a lower branch of f
       if (copy == i || !free || !(weight > largest[i])) continue;
       largest[i] = weight;
-      own.v[i] = result.v[copy];
+      own.v[i] = point[i];
       // No bound of the model's holds the y of a scenario.
       own.z_lower[i] = one.held ? 0.0 : result.z_lower[copy];
       own.z_upper[i] = one.held ? 0.0 : result.z_upper[copy];
     }
+    const auto take = [&](Index i) {  // what the copy has left behind
+      const bool free =
+          copies.structure().variable_lower[at(i)] == copies.structure().variable_upper[at(i)];
+      if (copies.variable(k, i) != i || !free || !(weight > largest[at(i)])) return;
+      largest[at(i)] = weight;
+      own.v[at(i)] = point[at(i)];
+    };
+    if (copies.scope(k).follows.empty()) continue;
+    for (const Index i : copies.scope(k).idle) take(i);
+    for (const auto& [equation, i] : copies.scope(k).follows) take(i);
   }
   take_units_back(form.units, own);
   cut(asked_n, asked_m, own);

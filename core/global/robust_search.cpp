@@ -61,11 +61,11 @@ std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const R
   std::vector<Index> readers(v.size(), 0);
   const std::vector<Index> rows = robust_constraints(s);
   for (const Index row : rows) {
-    for (const Index i : scopes.of(row).variables) ++readers[at(i)];
+    for (const Index i : scopes.all_of(row).variables) ++readers[at(i)];
   }
 
   for (const Index row : rows) {
-    const RobustScope scope = scopes.of(row);
+    const RobustScope scope = scopes.all_of(row);
     const bool shared = std::ranges::any_of(
         scope.variables, [&](Index i) { return reads_y[at(i)] || readers[at(i)] > 1; });
     const bool copied = shared && options.minmax_robust_copies;
@@ -129,19 +129,10 @@ std::vector<double> rounded_gradient_in_x(Problem& model, Index constraint,
 }  // namespace
 
 std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start) {
-  constexpr int kProbes = 3;
-  constexpr double kReach = 0.1;  // of a variable's size
   const ProblemStructure& s = model.structure();
   std::vector<bool> reads(start.size(), false);
-  std::vector<double> v = start, gradient(start.size());
-  std::mt19937_64 random(20220411);
-  for (int probe = 0; probe < kProbes; ++probe) {
-    for (std::size_t i = 0; probe > 0 && i < v.size(); ++i) {
-      const double t = 2.0 * uniform(random) - 1.0;
-      v[i] = std::clamp(start[i] + kReach * t * std::max(1.0, std::abs(start[i])),
-                        std::min(s.variable_lower[i], start[i]),
-                        std::max(s.variable_upper[i], start[i]));
-    }
+  std::vector<double> gradient(start.size());
+  for (const std::vector<double>& v : points_around(s, start)) {
     if (!all_finite(v) || !model.gradient(v, true, gradient)) continue;
     for (const auto i : indices(v)) {
       if (s.variable_players[i] == Player::Max && gradient[i] != 0.0) reads[i] = true;
@@ -177,6 +168,8 @@ class RobustSearch {
     }
     ranges_.see(place_.v);
     reads_y_ = read_by_objective(form_.solved, place_.v);
+    scopes_ = RobustScopes(s, linear_entries(form_.solved, place_.v));
+    work_.counts.jacobian += 3;
     place_.worst_cases = at_start(s, scopes_, options_, reads_y_, place_.v);
     const Place first = place_;
     if (at_kink) {
@@ -321,8 +314,8 @@ class RobustSearch {
   /// With the worst cases at hand, near an answer if there is one; if that fails also from_afar, on
   /// the way from where copies might become those of other maxima.
   Solved solve_worst_cases(bool from_afar) {
-    auto copies =
-        std::make_unique<RobustCopies>(form_.solved, place_.worst_cases, reads_y_, budget_);
+    auto copies = std::make_unique<RobustCopies>(form_.solved, place_.worst_cases, scopes_,
+                                                 reads_y_, budget_);
     if (place_.moved) copies->start_at(place_.v);
     SolveObserver observer = observer_;
     if (observer_.on_iteration) {

@@ -22,6 +22,7 @@ struct ValueRange {
   /// What differences can matter where values are large; far from there, as at the ends of a wide
   /// box, the function may be anything.
   double cap = std::numeric_limits<double>::infinity();
+  double accuracy = 0.0;  ///< differences up to it are left undecided by a solve
 
   void see(double value) {
     if (!std::isfinite(value)) return;
@@ -34,7 +35,8 @@ struct ValueRange {
   [[nodiscard]] double resolution(double tol) const {
     constexpr double kUnitsOfRounding = 64.0;  // of a function of some tens of operations
     const double near = std::min(terms, cap + std::min(std::abs(least), std::abs(most)));
-    return std::max(tol * size(), kUnitsOfRounding * std::numeric_limits<double>::epsilon() * near);
+    return std::max(
+        {tol * size(), accuracy, kUnitsOfRounding * std::numeric_limits<double>::epsilon() * near});
   }
 };
 

@@ -33,4 +33,20 @@ ProblemStructure with_bounds_of_rows(Problem& model, std::vector<double> v, Coun
   return s;
 }
 
+std::vector<std::vector<double>> points_around(const ProblemStructure& s,
+                                               const std::vector<double>& v) {
+  constexpr double kReach = 0.1;  // of a variable's size
+  std::vector<std::vector<double>> points(3, v);
+  std::mt19937_64 random(20220411);
+  for (std::size_t probe = 1; probe < points.size(); ++probe) {
+    for (const auto i : indices(v)) {
+      const double t = 2.0 * uniform(random) - 1.0;
+      points[probe][i] =
+          std::clamp(v[i] + kReach * t * std::max(1.0, std::abs(v[i])),
+                     std::min(s.variable_lower[i], v[i]), std::max(s.variable_upper[i], v[i]));
+    }
+  }
+  return points;
+}
+
 }  // namespace ipminmax

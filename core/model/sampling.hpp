@@ -39,4 +39,9 @@ struct SampledRange {
 [[nodiscard]] ProblemStructure with_bounds_of_rows(Problem& model, std::vector<double> v,
                                                    Counts& counts);
 
+/// v and two random points within a tenth of its size and the bounds, at which a function shows
+/// what it depends on.
+[[nodiscard]] std::vector<std::vector<double>> points_around(const ProblemStructure& s,
+                                                             const std::vector<double>& v);
+
 }  // namespace ipminmax

@@ -38,11 +38,11 @@ class RobustCopies final : public Problem {
       return constraint == other.constraint && side * other.side >= 0;
     }
   };
-  /// reads_y: n, whether f reads a Max variable. Robust constraints without a worst case
-  /// are left out. Where the budget is interrupted it is undefined: one evaluation is many of the
+  /// scopes: of the model. reads_y: n, whether f reads a Max variable. Robust constraints without a
+  /// worst case are left out. Where the budget is interrupted it is undefined: one evaluation is many of the
   /// model.
-  RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const std::vector<bool>& reads_y,
-               Budget& budget)
+  RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const RobustScopes& scopes,
+               const std::vector<bool>& reads_y, Budget& budget)
       : model_(model),
         budget_(budget),
         worst_cases_(std::move(worst_cases)),
@@ -53,15 +53,13 @@ class RobustCopies final : public Problem {
         jacobian_(structure_.jacobian.size()),
         hessian_(structure_.hessian.size()) {
     structure_.nonlinear_variables.reset();
-    const RobustScopes scopes(model.structure());
-    for (const WorstCase& worst_case : worst_cases_) {
-      scopes_.push_back(scopes.of(worst_case.constraint));
-    }
+    for (const auto& [constraint, v, copied, held, side] : worst_cases_)
+      scopes_.push_back(copied ? scopes.of(constraint) : scopes.all_of(constraint));
     model_variable_.resize(v_.size());
     std::iota(model_variable_.begin(), model_variable_.end(), 0);
     model_row_.resize(g_.size());
     std::iota(model_row_.begin(), model_row_.end(), 0);
-    add_base(reads_y);
+    add_base(scopes, reads_y);
     for (const auto k : indices(worst_cases_)) add_worst_case(k);
     serve_rows(reads_y);
     add_entries();
@@ -166,6 +164,7 @@ class RobustCopies final : public Problem {
   [[nodiscard]] std::vector<double> model_point(std::span<const double> v, std::size_t k) const {
     std::vector<double> point(v_.size());
     for (const auto i : indices(point)) point[i] = v[at(parts_[k + 1].column[i])];
+    static_cast<void>(complete(model_, scopes_[k].follows, point));  // else it is none of Max's
     return point;
   }
 
@@ -210,7 +209,7 @@ class RobustCopies final : public Problem {
     return static_cast<std::size_t>(first - worst_cases_.begin());
   }
 
-  void add_base(const std::vector<bool>& reads_y) {
+  void add_base(const RobustScopes& scopes, const std::vector<bool>& reads_y) {
     const ProblemStructure& s = model_.structure();
     Part base;
     base.with_objective = true;
@@ -233,7 +232,7 @@ class RobustCopies final : public Problem {
       if (worst_cases_[k].copied) continue;
       for (const Index i : scopes_[k].variables) read[at(i)] = true;
     }
-    drop_unread(read);
+    drop_unread(scopes, read);
   }
 
   void add_worst_case(std::size_t k) {
@@ -282,12 +281,11 @@ class RobustCopies final : public Problem {
                           label_of_copy(s.constraint_names, s.constraint_numbers, j, copy));
   }
 
-  void drop_unread(const std::vector<bool>& read) {
-    const RobustScopes scopes(model_.structure());
+  void drop_unread(const RobustScopes& scopes, const std::vector<bool>& read) {
     for (const Index row : robust_constraints(model_.structure())) {
       const auto first = first_of(row);
       if (first && !worst_cases_[*first].copied) continue;
-      const RobustScope scope = scopes.of(row);
+      const RobustScope scope = scopes.all_of(row);
       if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
       hold(scope.variables, worst_cases_[first.value_or(0)]);
       for (const Index j : scope.constraints) drop_constraint(structure_, j);

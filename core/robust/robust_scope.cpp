@@ -1,8 +1,12 @@
 #include "core/robust/robust_scope.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "core/model/indices.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 
@@ -35,25 +39,30 @@ std::vector<Index> robust_constraints(const ProblemStructure& s) {
   return rows;
 }
 
-RobustScopes::RobustScopes(const ProblemStructure& structure)
-    : structure_(structure),
+RobustScopes::RobustScopes(const ProblemStructure& structure, const std::vector<bool>& linear)
+    : structure_(&structure),
       columns_(structure.constraint_players.size()),
       rows_(structure.variable_players.size()),
       determines_(columns_.size(), -1),
-      determined_by_(rows_.size(), -1) {
+      determined_by_(rows_.size(), -1),
+      explicit_(columns_.size(), false) {
   for (const auto [row, col] : structure.jacobian) {
     if (structure.variable_players[at(col)] != Player::Max) continue;
     columns_[at(row)].push_back(col);
     if (structure.constraint_players[at(row)] == Player::Max) rows_[at(col)].push_back(row);
   }
   match();
+  for (const auto k : indices(linear)) {
+    const auto [row, col] = structure.jacobian[k];
+    if (determines_[at(row)] == col) explicit_[at(row)] = linear[k];
+  }
 }
 
 /// Gives Max's equations unbounded variables of their own: a largest matching.
 void RobustScopes::match() {
   for (const auto row : indices(columns_)) {
-    const bool equation = structure_.constraint_players[row] == Player::Max &&
-                          structure_.constraint_lower[row] == structure_.constraint_upper[row];
+    const bool equation = structure_->constraint_players[row] == Player::Max &&
+                          structure_->constraint_lower[row] == structure_->constraint_upper[row];
     if (equation) match_from(static_cast<Index>(row));
   }
 }
@@ -76,8 +85,8 @@ void RobustScopes::match_from(Index start) {
   for (std::size_t next = 0; next < queue.size(); ++next) {
     const Index row = queue[next];
     for (const Index i : columns_[at(row)]) {
-      const bool unbounded = structure_.variable_lower[at(i)] <= -kUnbounded &&
-                             structure_.variable_upper[at(i)] >= kUnbounded;
+      const bool unbounded = structure_->variable_lower[at(i)] <= -kUnbounded &&
+                             structure_->variable_upper[at(i)] >= kUnbounded;
       if (unbounded && determined_by_[at(i)] < 0) return augment(i, row);
     }
     if (seen.empty()) seen.assign(rows_.size(), false);
@@ -122,11 +131,13 @@ void RobustScopes::depend(const std::vector<Index>& seeds, Marks& variables) con
   }
 }
 
-/// A constraint that determines nothing restricts what it reads, and so what that depends on.
-std::vector<Index> RobustScopes::idle(Index constraint, const RobustScope& scope) const {
+/// What of Max the constraint depends on, if these constraints are tied to it: one that determines
+/// nothing restricts what it reads, and so what that depends on.
+RobustScopes::Marks RobustScopes::matters(Index constraint,
+                                          const std::vector<Index>& constraints) const {
   const auto determined = [&](Index i) { return determined_by_[at(i)] >= 0; };
   std::vector<Index> restricting;
-  for (const Index row : scope.constraints) {
+  for (const Index row : constraints) {
     if (determines_[at(row)] < 0) restricting.push_back(row);
   }
   std::vector<Index> seeds{constraint};
@@ -145,11 +156,35 @@ std::vector<Index> RobustScopes::idle(Index constraint, const RobustScope& scope
       }
     }
   }
-  std::vector<Index> idle;
-  for (const Index i : scope.variables) {
-    if (!matters[at(i)] && !determined(i)) idle.push_back(i);
+  return matters;
+}
+
+/// What equations determine, without some of it, in an order in which each follows from those
+/// before. Empty: there is none.
+std::vector<RobustScope::Explicit> RobustScopes::in_order(const std::vector<Index>& variables,
+                                                          const Marks& without) const {
+  const auto is_one = [&](Index i) { return determined_by_[at(i)] >= 0 && !without[at(i)]; };
+  std::vector<Index> waits_for(rows_.size(), 0), ready;
+  std::size_t count = 0;
+  for (const Index i : variables) {
+    if (!is_one(i)) continue;
+    if (!explicit_[at(determined_by_[at(i)])]) return {};
+    for (const Index read : columns_[at(determined_by_[at(i)])]) {
+      if (read != i && is_one(read)) ++waits_for[at(i)];
+    }
+    if (waits_for[at(i)] == 0) ready.push_back(i);
+    ++count;
   }
-  return idle;
+  std::vector<RobustScope::Explicit> order;
+  for (std::size_t next = 0; next < ready.size(); ++next) {
+    const Index i = ready[next];
+    order.push_back({determined_by_[at(i)], i});
+    for (const Index row : rows_[at(i)]) {
+      const Index other = determines_[at(row)];
+      if (other >= 0 && other != i && --waits_for[at(other)] == 0) ready.push_back(other);
+    }
+  }
+  return order.size() == count ? order : std::vector<RobustScope::Explicit>{};
 }
 
 std::vector<Index> RobustScopes::followers(const RobustScope& scope) const {
@@ -162,17 +197,103 @@ std::vector<Index> RobustScopes::followers(const RobustScope& scope) const {
   return found;
 }
 
-RobustScope RobustScopes::of(Index constraint) const {
+RobustScope RobustScopes::all_of(Index constraint) const {
   Marks variables(rows_.size(), false), rows(columns_.size(), false);
   tie(constraint, variables, rows);
   RobustScope scope{marked(variables), marked(rows), {}, {}};
-  scope.idle = idle(constraint, scope);
+  const Marks counts = matters(constraint, scope.constraints);
+  for (const Index i : scope.variables) {
+    if (!counts[at(i)] && determined_by_[at(i)] < 0) scope.idle.push_back(i);
+  }
+  scope.followers = followers(scope);
+  return scope;
+}
+
+std::vector<RobustScope::Explicit> RobustScopes::follows() const {
+  std::vector<Index> all(rows_.size());
+  std::iota(all.begin(), all.end(), 0);
+  return in_order(all, Marks(all.size(), false));
+}
+
+RobustScope RobustScopes::of(Index constraint) const {
+  RobustScope scope = all_of(constraint);
+  const Marks counts = matters(constraint, scope.constraints);
+  scope.follows = in_order(scope.variables, Marks(rows_.size(), false));
+  if (scope.follows.empty()) scope.follows = in_order(scope.variables, counts);
+  const auto is_behind = [&](auto equation) { return !counts[at(equation.variable)]; };
+  if (std::ranges::none_of(scope.follows, is_behind)) return scope;
+  std::erase_if(scope.variables, [&](Index i) { return !counts[at(i)]; });
+  std::erase_if(scope.constraints, [&](Index row) {
+    const auto matters = [&](Index i) { return counts[at(i)]; };
+    const Index own = determines_[at(row)];
+    return own >= 0 ? !matters(own) : std::ranges::none_of(columns_[at(row)], matters);
+  });
   scope.followers = followers(scope);
   return scope;
 }
 
 RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
   return RobustScopes(s).of(constraint);
+}
+
+std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v) {
+  constexpr double kSame = 1e-6;  // also where derivatives are differences
+  const ProblemStructure& s = model.structure();
+  std::vector<double> first, other(s.jacobian.size());
+  std::vector<bool> linear(other.size(), true);
+  for (const std::vector<double>& point : points_around(s, v)) {
+    if (!all_finite(point) || !model.jacobian(point, true, other)) return {};
+    if (first.empty()) first = other;
+    for (const auto k : indices(other)) {
+      const bool same = std::abs(other[k] - first[k]) <= kSame * std::abs(first[k]);
+      linear[k] = linear[k] && same && first[k] != 0.0;
+    }
+  }
+  return linear;
+}
+
+/// Newton's method with a triangular matrix: after each step one more equation holds, at least.
+bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
+              std::vector<double>& v) {
+  if (follows.empty()) return true;
+  constexpr double kRounding = 1e-11;  // beside the terms of an equation
+  const ProblemStructure& s = model.structure();
+  std::vector<Index> rows;
+  std::vector<std::size_t> place(s.constraint_players.size(), follows.size());
+  for (const auto k : indices(follows)) {
+    rows.push_back(follows[k].constraint);
+    place[at(rows.back())] = k;
+  }
+  std::ranges::sort(rows);
+  std::vector<std::vector<std::size_t>> entries(follows.size());
+  for (const auto k : indices(s.jacobian)) {
+    const std::size_t own = place[at(s.jacobian[k].row)];
+    if (own < entries.size()) entries[own].push_back(k);
+  }
+  std::vector<double> g(place.size()), jacobian(s.jacobian.size()), step(v.size());
+  for (std::size_t done = 0; done <= follows.size() + 1; ++done) {
+    if (!model.constraint_rows(rows, v, true, g) || !model.jacobian_rows(rows, v, false, jacobian))
+      return false;
+    bool holds = true;
+    std::ranges::fill(step, 0.0);
+    for (const auto k : indices(entries)) {
+      const auto [row, variable] = follows[k];
+      const double error = g[at(row)] - s.constraint_lower[at(row)];
+      double terms = std::abs(s.constraint_lower[at(row)]), rest = error, slope = 0.0;
+      for (const std::size_t entry : entries[k]) {
+        const Index col = s.jacobian[entry].col;
+        terms += std::abs(jacobian[entry] * v[at(col)]);
+        (col == variable ? slope : rest) +=
+            jacobian[entry] * (col == variable ? 1.0 : step[at(col)]);
+      }
+      holds = holds && std::abs(error) <= kRounding * terms;
+      step[at(variable)] = -rest / slope;
+    }
+    if (holds) return true;
+    for (const auto& [row, variable] : follows) v[at(variable)] += step[at(variable)];
+    if (!all_finite(v)) return false;
+  }
+  return false;
 }
 
 bool can_be_held(const ProblemStructure& s, const RobustScope& scope) {

@@ -23,13 +23,29 @@ struct RobustScope {
   /// Those that Max's equations determine, where these are all of the constraints: of a trajectory
   /// the states.
   std::vector<Index> followers;
+  /// An equation and the variable that it gives a value whatever the others are.
+  struct Explicit {
+    Index constraint, variable;
+  };
+  /// What follows from the rest by explicit equations, each of which reads of these variables its
+  /// own and those before it: of a trajectory the states. Those behind the constraint's stage and
+  /// their equations are then in none of the lists above, and what is idle is not in `variables`.
+  std::vector<Explicit> follows{};
 };
+
+/// Of each Jacobian entry, whether it is the same and not zero at points around v (n values).
+[[nodiscard]] std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v);
 
 /// The scopes of a structure's robust constraints. A scope takes time linear in its entries.
 class RobustScopes {
  public:
-  explicit RobustScopes(const ProblemStructure& structure);
+  /// linear: of each Jacobian entry; empty: no equation is known to be explicit.
+  explicit RobustScopes(const ProblemStructure& structure, const std::vector<bool>& linear = {});
   [[nodiscard]] RobustScope of(Index constraint) const;
+  /// The same where no equation is taken for explicit.
+  [[nodiscard]] RobustScope all_of(Index constraint) const;
+  /// What follows from the rest of Max's variables, as in a scope; empty: not all does explicitly.
+  [[nodiscard]] std::vector<RobustScope::Explicit> follows() const;
 
  private:
   using Marks = std::vector<bool>;
@@ -37,15 +53,23 @@ class RobustScopes {
   void match_from(Index row);
   void tie(Index constraint, Marks& variables, Marks& rows) const;
   void depend(const std::vector<Index>& seeds, Marks& variables) const;
-  [[nodiscard]] std::vector<Index> idle(Index constraint, const RobustScope& scope) const;
+  [[nodiscard]] Marks matters(Index constraint, const std::vector<Index>& constraints) const;
   [[nodiscard]] std::vector<Index> followers(const RobustScope& scope) const;
+  [[nodiscard]] std::vector<RobustScope::Explicit> in_order(const std::vector<Index>& variables,
+                                                            const Marks& without) const;
 
-  const ProblemStructure& structure_;
+  const ProblemStructure* structure_;
   std::vector<std::vector<Index>> columns_;  ///< of each constraint, Max's
   std::vector<std::vector<Index>> rows_;     ///< of each variable, Max's
   std::vector<Index> determines_;            ///< of each constraint a variable, or -1
   std::vector<Index> determined_by_;         ///< of each variable a constraint, or -1
+  Marks explicit_;                           ///< of each constraint, whether it always can
 };
+
+/// Gives variables that follow from the rest of v (n values), as in a scope, their values. False:
+/// they have none.
+[[nodiscard]] bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
+                            std::vector<double>& v);
 
 /// One of them.
 [[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);

@@ -301,6 +301,55 @@ TEST(Stages, NearlyDependentLimitsAreCertifiedWhereDynamicsDetermineTheStates) {
   EXPECT_GE(std::ranges::count_if(plan.worst_cases, &RobustWorstCase::active), 8);
 }
 
+// Searches of a limit leave out the stages behind it; an answer has all of them.
+TEST(Stages, WorstCasesOfLimitsAreWholeTrajectories) {
+  Horizon calm = WalledCartPole::horizon(10);
+  calm.disturbance_lower = {-0.2};
+  calm.disturbance_upper = {0.2};
+  StageGame game(WalledCartPole{}, calm);
+  const ProblemStructure& s = game.structure();
+  StageAnswer plan = game.solve();
+  for (const bool again : {false, true}) {
+    if (again) plan = game.solve_next(game.simulate(plan.states[0], plan.controls[0], {0.1}));
+    EXPECT_TRUE(plan.certified()) << plan.result.message;
+    EXPECT_EQ(plan.worst_cases.size(), 10U);
+    std::vector<std::vector<double>> points{plan.result.v};
+    for (const RobustWorstCase& worst : plan.worst_cases) points.push_back(worst.v);
+    for (const std::vector<double>& v : points) {
+      std::vector<double> g(s.constraint_players.size());
+      ASSERT_TRUE(game.constraints(v, true, g));
+      for (std::size_t j = 0; j < g.size(); ++j) {
+        if (s.constraint_players[j] == Player::Min) continue;
+        EXPECT_NEAR(g[j], s.constraint_upper[j], 1e-6) << again << ", constraint " << j;
+      }
+    }
+  }
+}
+
+TEST(Stages, SingleRowsAreThoseOfAll) {
+  StageGame game(WalledCartPole{}, WalledCartPole::horizon(10));
+  const ProblemStructure& s = game.structure();
+  std::vector<double> v(s.variable_players.size());
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] = std::sin(static_cast<double>(i));
+  std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size()), one = g;
+  StageGame other(WalledCartPole{}, WalledCartPole::horizon(10));
+  ASSERT_TRUE(other.constraints(v, true, g) && other.jacobian(v, false, jacobian));
+  for (const double shift : {0.0, 0.1}) {  // a later row first, then earlier ones at the same point
+    for (const Index row : {32, 3, 33, 0, 49}) {
+      std::vector<double> entries(jacobian.size());
+      ASSERT_TRUE(game.constraint_rows({&row, 1}, v, true, one));
+      ASSERT_TRUE(game.jacobian_rows({&row, 1}, v, false, entries));
+      EXPECT_EQ(one[static_cast<std::size_t>(row)], g[static_cast<std::size_t>(row)]) << shift;
+      for (std::size_t k = 0; k < entries.size(); ++k) {
+        if (s.jacobian[k].row != row) continue;
+        EXPECT_EQ(entries[k], jacobian[k]) << row;
+      }
+    }
+    for (double& value : v) value += 0.1;
+    ASSERT_TRUE(other.constraints(v, true, g) && other.jacobian(v, false, jacobian));
+  }
+}
+
 /// A pendulum held upright by feedback; mass, length and friction are unknown and do not change.
 struct UnknownPendulum {
   static constexpr std::size_t states = 5, controls = 1, disturbances = 0;

@@ -746,5 +746,22 @@ TEST(Audit, ARowOfMaxInsideItsRelaxationIsNamedBesideRobustRows) {
   }
 }
 
+// A row that reads a state alone: what x can change of it, through the equation, is its size.
+TEST(Audit, ARowOfAStateIsMetWithinItsRelaxation) {
+  for (const double unit : {1.0, 1e3, 1e-4}) {  // of the state
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression w = model.variable(kMax, "w", -1.0, 1.0);
+    const Expression s = model.variable(kMax, "s");
+    model.objective(-x);
+    model.constraint(s - unit * (x + w), 0.0, 0.0, kMax);
+    model.constraint(s, -kNoBound, 3.0 * unit, kMin);
+    AutodiffProblem problem(model, {0.0, 0.0, 0.0});
+    const Result result = solve(problem, {});
+    expect_certified(result, std::to_string(unit));
+    EXPECT_NEAR(result.v[0], 2.0, 1e-6) << unit;
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax

@@ -26,6 +26,11 @@ class Structure {
   [[nodiscard]] RobustScope scope_of(Index constraint) const {
     return robust_scope(structure_, constraint);
   }
+  /// All equations are linear in all that they read.
+  [[nodiscard]] RobustScope explicit_scope_of(Index constraint) const {
+    return RobustScopes(structure_, std::vector<bool>(structure_.jacobian.size(), true))
+        .of(constraint);
+  }
 
  private:
   Index variable(double lower, double upper) {
@@ -109,6 +114,49 @@ TEST(RobustScope, TheOrderOfEquationsDoesNotMatter) {
   EXPECT_EQ(s.scope_of(s.robust({a})).idle, (Indices{w1, w2}));
   EXPECT_EQ(s.scope_of(s.robust({b})).idle, Indices{w2});
   EXPECT_EQ(s.scope_of(s.robust({c})).idle, Indices{});
+}
+
+/// s_{k+1} = F(s_k, w_k), each equation in one new state.
+struct ExplicitTrajectory : Structure {
+  std::vector<Index> s, w;
+  explicit ExplicitTrajectory(int stages) : s{in_box()} {
+    for (int k = 0; k < stages; ++k) {
+      w.push_back(in_box());
+      s.push_back(free());
+      equation({s.end()[-2], w.back(), s.back()});
+    }
+  }
+};
+
+TEST(RobustScope, StatesBehindAStageAreLeftBehind) {
+  ExplicitTrajectory t(4);
+  const Index second = t.robust({t.s[2]});
+  const RobustScope scope = t.explicit_scope_of(second);
+  EXPECT_EQ(scope.variables, (Indices{t.s[0], t.w[0], t.s[1], t.w[1], t.s[2]}));
+  EXPECT_EQ(scope.constraints, (Indices{0, 1}));
+  EXPECT_EQ(scope.followers, (Indices{t.s[1], t.s[2]}));
+  EXPECT_EQ(scope.idle, (Indices{t.w[2], t.w[3]}));
+  ASSERT_EQ(scope.follows.size(), 4U);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(scope.follows[k].variable, t.s[k + 1]);
+    EXPECT_EQ(scope.follows[k].constraint, static_cast<Index>(k));
+  }
+  EXPECT_EQ(t.explicit_scope_of(t.robust({t.s[4]})).variables.size(), 9U);
+}
+
+TEST(RobustScope, NothingThatRestrictsYIsLeftBehind) {
+  ExplicitTrajectory end(4);
+  end.inequality({end.s[3]});
+  const RobustScope scope = end.explicit_scope_of(end.robust({end.s[1]}));
+  EXPECT_EQ(scope.variables,
+            (Indices{end.s[0], end.w[0], end.s[1], end.w[1], end.s[2], end.w[2], end.s[3]}));
+  EXPECT_EQ(scope.follows.size(), 4U);
+
+  ExplicitTrajectory unknown(4);  // the equations may have no solution
+  EXPECT_TRUE(unknown.scope_of(unknown.robust({unknown.s[1]})).follows.empty());
+
+  Trajectory implicit(4);  // two equations at a time
+  EXPECT_TRUE(implicit.explicit_scope_of(implicit.robust({implicit.s[2]})).follows.empty());
 }
 
 }  // namespace
