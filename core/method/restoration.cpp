@@ -205,7 +205,11 @@ RestorationOutcome restore_feasibility(
       const bool pivots = options.linear_solver != LinearSolver::Ldlt;
       if (!pivots && result.certificate.second_order != SecondOrder::Satisfied)
         return RestorationOutcome::Unproved;
-      point.iterate.v = v;
+      Iterate& found = point.iterate;
+      found.v = v;
+      std::copy_n(result.lambda.begin(), found.lambda.size(), found.lambda.data());
+      std::copy_n(result.z_lower.begin(), found.v.size(), found.z_lower.data());
+      std::copy_n(result.z_upper.begin(), found.v.size(), found.z_upper.data());
       return RestorationOutcome::LocallyInfeasible;
     }
     // The proximal term holds v back: on from here with less of it.
