@@ -56,6 +56,10 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
 
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
+    if (restores_again()) {
+      std::swap(arrays_.point, arrays_.next);
+      step_.fail(Status::RestorationFailed);
+    }
     if (step_.failure) return after_failed_step();
   }
 }
@@ -120,6 +124,15 @@ void Search::make_step(StepMethod& method) {
   // Where the search ends the point stays as it was told.
   if (!step_.failure) context_.canonical.keep_distances(arrays_.point.iterate, mu);
   measure_point();
+}
+
+/// Whether no step but a restoration led on from an acceptable point, not for the first time: a
+/// minimization would go round in circles.
+bool Search::restores_again() {
+  constexpr int kMostRestorations = 1;
+  return step_.kind == StepKind::Restoration && context_.canonical.max_size() == 0 &&
+         purpose_ == Purpose::Solution && test_.is_acceptable(arrays_.next) &&
+         ++restored_when_acceptable_ > kMostRestorations;
 }
 
 SearchOutcome Search::after_failed_step() {

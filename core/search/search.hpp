@@ -57,6 +57,7 @@ class Search {
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
                            std::optional<SearchOutcome>& kept);
   [[nodiscard]] SearchOutcome given_up(Status status, std::string message = {});
+  [[nodiscard]] bool restores_again();
   [[nodiscard]] std::optional<Status> limit_reached();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
@@ -71,8 +72,9 @@ class Search {
   SearchArrays& arrays_;
   StepReport step_;  ///< that led to arrays_.point, or failed there
   std::optional<Deadline> deadline_;
-  Index runaway_iterations_ = 0;  ///< in a row
-  Index met_at_ = -1;             ///< the first iteration that met the tolerances
+  Index runaway_iterations_ = 0;      ///< in a row
+  Index met_at_ = -1;                 ///< the first iteration that met the tolerances
+  int restored_when_acceptable_ = 0;  ///< restorations that began at an acceptable point
 };
 
 }  // namespace ipminmax

@@ -200,5 +200,38 @@ TEST(OwnPoint, ExceptionsOfTheModelPassThrough) {
                std::length_error);
 }
 
+// Multipliers of the least violation show that nothing near is feasible: J' l - z_l + z_u = 0.
+TEST(OwnPoint, MultipliersOfAnInfeasiblePointAreThoseOfItsViolation) {
+  Model model;
+  const Expression a = model.variable(Player::Min, "a");
+  const Expression b = model.variable(Player::Min, "b", 0.0);
+  model.objective(square(a - 1.0) + b);
+  model.constraint(square(a) + b, -kNoBound, -1.0);
+  AutodiffProblem problem(model, {0.7, 2.0});
+  const Result result = solve(problem, {});
+  ASSERT_EQ(result.status, Status::LocallyInfeasible) << result.message;
+  const double lambda = result.lambda[0];
+  EXPECT_GT(lambda, 1.0);
+  EXPECT_NEAR(2.0 * result.v[0] * lambda - result.z_lower[0] + result.z_upper[0], 0.0, 1e-3);
+  EXPECT_NEAR(lambda - result.z_lower[1] + result.z_upper[1], 0.0, 1e-6 * lambda);
+}
+
+// g = 1 and a multiple of g above by 4e-8: nothing is feasible to tol, and only restorations
+// lead on from points that are to the acceptable tolerances.
+TEST(OwnPoint, NearlyContradictingRowsEndAtAnAcceptablePoint) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x"), y = model.variable(Player::Min, "y");
+  const Expression z = model.variable(Player::Min, "z");
+  constexpr double kTimes = 1.98690688, kAbove = 1.0 + 3.9069302126653145e-08;
+  model.objective(square(x * y - 1.0) + 0.1 * square(z) - 0.61521853 * x);
+  model.constraint(x + square(y), 1.0, 1.0);
+  model.constraint(kTimes * (x + square(y)), kTimes * kAbove, kNoBound);
+  model.constraint(square(x) + y * z, -kNoBound, 1.0);
+  AutodiffProblem problem(model, {0.4805010166461464, 0.4547598185825813, 0.6669930438538807});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_LT(result.iterations, 200);
+}
+
 }  // namespace
 }  // namespace ipminmax::testing
