@@ -171,10 +171,8 @@ class Hearing {
 
   /// With the variables that follow from y by explicit equations at the answer's x.
   [[nodiscard]] Look anew(const Look& seen) {
-    if (!follows_) {
-      counts_.jacobian += 3;
-      follows_ = RobustScopes(s_, linear_entries(model_, result_.v)).follows();
-    }
+    if (!follows_)
+      follows_ = RobustScopes(s_, linear_entries(model_, result_.v, counts_)).follows();
     Look here = seen;
     if (follows_->empty() || !complete(model_, *follows_, here.v)) return seen;
     ++counts_.constraints;

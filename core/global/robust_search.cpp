@@ -168,8 +168,7 @@ class RobustSearch {
     }
     ranges_.see(place_.v);
     reads_y_ = read_by_objective(form_.solved, place_.v);
-    scopes_ = RobustScopes(s, linear_entries(form_.solved, place_.v));
-    work_.counts.jacobian += 3;
+    scopes_ = RobustScopes(s, linear_entries(form_.solved, place_.v, work_.counts));
     place_.worst_cases = at_start(s, scopes_, options_, reads_y_, place_.v);
     const Place first = place_;
     if (at_kink) {

@@ -21,6 +21,10 @@ std::vector<Index> marked(const std::vector<bool>& marks) {
   return found;
 }
 
+bool is_equation_of_max(const ProblemStructure& s, std::size_t j) {
+  return s.constraint_players[j] == Player::Max && s.constraint_lower[j] == s.constraint_upper[j];
+}
+
 }  // namespace
 
 bool has_valid_indices(const ProblemStructure& s) { return check_indices(s).empty(); }
@@ -61,9 +65,7 @@ RobustScopes::RobustScopes(const ProblemStructure& structure, const std::vector<
 /// Gives Max's equations unbounded variables of their own: a largest matching.
 void RobustScopes::match() {
   for (const auto row : indices(columns_)) {
-    const bool equation = structure_->constraint_players[row] == Player::Max &&
-                          structure_->constraint_lower[row] == structure_->constraint_upper[row];
-    if (equation) match_from(static_cast<Index>(row));
+    if (is_equation_of_max(*structure_, row)) match_from(static_cast<Index>(row));
   }
 }
 
@@ -236,12 +238,16 @@ RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
   return RobustScopes(s).of(constraint);
 }
 
-std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v) {
+std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v, Counts& counts) {
   constexpr double kSame = 1e-6;  // also where derivatives are differences
   const ProblemStructure& s = model.structure();
+  bool any = false;
+  for (const auto j : indices(s.constraint_players)) any = any || is_equation_of_max(s, j);
+  if (!any) return {};
   std::vector<double> first, other(s.jacobian.size());
   std::vector<bool> linear(other.size(), true);
   for (const std::vector<double>& point : points_around(s, v)) {
+    ++counts.jacobian;
     if (!all_finite(point) || !model.jacobian(point, true, other)) return {};
     if (first.empty()) first = other;
     for (const auto k : indices(other)) {

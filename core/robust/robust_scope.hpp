@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/result.hpp"
 
 namespace ipminmax {
 
@@ -33,8 +34,10 @@ struct RobustScope {
   std::vector<Explicit> follows{};
 };
 
-/// Of each Jacobian entry, whether it is the same and not zero at points around v (n values).
-[[nodiscard]] std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v);
+/// Of each Jacobian entry, whether it is the same and not zero at points around v (n values). Empty
+/// where Max has no equation, or it is undefined there.
+[[nodiscard]] std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v,
+                                               Counts& counts);
 
 /// The scopes of a structure's robust constraints. A scope takes time linear in its entries.
 class RobustScopes {
