@@ -369,16 +369,16 @@ Rows multistart_options() {
        "Number of starts of maximizations over y, x held, for f and for each robust constraint. "
        "If a worse y is found, the solve continues with it. If f is higher, or a robust constraint "
        "violated, at a y that was found, the answer is no success. 0: no search. -1: 8 for each "
-       "robust constraint. More follow, up to 100, while they end at different maxima and a "
-       "maximum not yet found could violate the constraint; fewer if they agree far from the "
-       "limit. f is treated in the same way with minmax_epigraph, else it is not searched.",
+       "robust constraint (3 if they agree and are far below the limit). More follow, up to 100, "
+       "as long as new maxima are found and none violates the constraint, but a higher one could. "
+       "f is treated so with minmax_epigraph; without it f is not searched.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
        "Whether branch and bound over y, with outward rounding, proves how large f and each "
        "robust constraint can become at the answer's x. If it finds a worse y, the solve "
        "continues with it. An answer without a complete proof is no success. Needs a model that "
-       "gives its formulas, see docs/proof.md, and at most 8 free Max variables, all with two "
-       "bounds.",
+       "gives its formulas, see docs/proof.md. Each function may read at most 8 free Max "
+       "variables, all with two bounds (more if no box has to be divided).",
        flag(&O::minmax_worst_case_proof)},
       {"minmax_concave_in_y", category,
        "yes states that f is concave in y and that the feasible y are a convex set. A local "
@@ -497,7 +497,7 @@ Rows certificate_options() {
        choice(
            &O::minmax_certificate, {"full", "quick", "none", "proved"},
            {"the test tries to certify or refute the point with at most 20 factorizations (40 if "
-            "the matrices are small), or a fifth of those of the rest of the solve if that is "
+            "K has at most 300 rows), or a fifth of those of the rest of the solve if that is "
             "more. Else the point is undecided",
             "one factorization of K_yy and one of K. Only points with clear curvature and "
             "clear active bounds are certified, and clearly wrong ones refuted",

@@ -101,8 +101,8 @@ struct CertificateReason {
     Differences,   ///< second derivatives from differences are too uncertain
     WrongHessian,  ///< second derivatives disagree with gradients, or these with values
     Effort,        ///< the test stopped early: minmax_certificate quick, or out of factorizations
-    /// The point passed the test, but the solve was no success (a worse y is known, or the search
-    /// was not finished), or only one to acceptable level.
+    /// The point passed the test, but the solve was no success: a worse y is known, or the search
+    /// was not finished.
     Search,
     Relaxed  ///< a remark: bound_relax_factor moved an active bound by much, relative to its size
   };

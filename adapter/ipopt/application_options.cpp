@@ -292,7 +292,8 @@ Rows output_rows() {
   return {
       {"print_level", category,
        "Verbosity of the console: 0 nothing, 1 errors, 2 options without effect, 3 summary, 4 also "
-       "problem statistics and warnings, 5 also one line per iteration.",
+       "problem statistics and warnings, 5 also one line per iteration, 6 and above also the "
+       "iterations of each of several starts.",
        Integer{nullptr, 0, kLastLevel, Ipopt::J_ITERSUMMARY}},
       {"minmax_points_file", category,
        "File for the distinct certified points of a multistart, comma-separated: rank, value, "
