@@ -466,6 +466,17 @@ TEST_F(AmplExecutable, WorstCasesNameTheDisturbance) {
   EXPECT_TRUE(printed("  w = 1\n")) << out_;
 }
 
+// ASL refuses tanh'(1000), which is zero, by ending the process unless told otherwise.
+TEST_F(AmplExecutable, ADerivativeThatAslRefusesEndsNothing) {
+  put("model.nl",
+      "g3 1 1 0\n 2 1 1 0 0\n 1 0\n 0 0\n 1 0 0\n 0 0 0 1\n 0 0 0 0 0\n 2 1\n 0 0\n 0 0 0 0 0\n"
+      "S0 1 player\n0 1\nS1 1 robust\n0 1\nC0\no37\no2\nn1000\nv0\nO0 0\nn0\nr\n1 1\nb\n0 -1 1\n"
+      "3\nk1\n1\nJ0 2\n0 0\n1 1\nG0 1\n1 -1\n");
+  EXPECT_EQ(run("model.nl -AMPL"), 0) << err_;
+  EXPECT_NE(get("model.sol").find("Ipminmax"), std::string::npos);
+  EXPECT_EQ(err_.find("can't evaluate"), std::string::npos) << err_;
+}
+
 TEST_F(AmplExecutable, IpoptsLogHasARowForEachIterationThatItCounts) {
   Parts infeasible = minimize(kSquare);
   infeasible.constraints = {kSquare};
