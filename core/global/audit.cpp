@@ -249,10 +249,10 @@ class Hearing {
     }
   }
 
-  /// The same of a constraint that reads no Min variable, through explicit equations of Max: by the
-  /// chain rule, backwards.
+  /// The same of one constraint, also through explicit equations of Max: by the chain rule,
+  /// backwards.
   void measure_change_by_equations(std::size_t j) {
-    if (!changes_are_known_ || changes_[j] > 0.0 || follows_->empty()) return;
+    if (!changes_are_known_ || follows_->empty()) return;
     std::vector<double> slopes(result_.v.size(), 0.0);
     std::vector<std::vector<std::size_t>> entries(changes_.size());
     for (std::size_t k = 0; k < jacobian_.size(); ++k) {
@@ -272,12 +272,12 @@ class Hearing {
           slopes[at(s_.jacobian[k].col)] -= slope / own * jacobian_[k];
       }
     }
-    VariableRanges sizes = moves();
+    const VariableRanges sizes = moves();
+    double change = 0.0;
     for (std::size_t i = 0; i < slopes.size(); ++i) {
-      if (s_.variable_players[i] == Player::Min)
-        changes_[j] += std::abs(slopes[i]) * sizes.moved(i);
+      if (s_.variable_players[i] == Player::Min) change += std::abs(slopes[i]) * sizes.moved(i);
     }
-    ranges_[j].cap = std::max(ranges_[j].cap, changes_[j]);
+    ranges_[j].cap = std::max(ranges_[j].cap, change);
   }
 
   /// To what matters at the answer: what x can change there, or, where it changes nothing, how

@@ -169,6 +169,7 @@ class MaximizationOverY {
     is_boxed_ = boxed == free_.size();
     is_connected_ = !may_be_disconnected(s_, boxed, free_.size(), options_);
     follows_ = is_connected_ && count_equations(s_) + boxed == free_.size();
+    has_branches_ = count_equations(s_) > 0 && !context_.complete;
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
@@ -194,7 +195,8 @@ class MaximizationOverY {
       return looks_longer && is_worth_more(found_, *limit_, start);
     };
     const auto goes_on = [&] {
-      return (start < count && !(looks_longer && is_connected_ && is_far(found_, *limit_))) ||
+      const bool may_end = looks_longer && is_connected_ && !has_branches_;
+      return (start < count && !(may_end && is_far(found_, *limit_))) ||
              (start < kMostStartsOfRows && may_be_higher());
     };
     bool is_sampled = !looks_longer;
@@ -290,7 +292,7 @@ class MaximizationOverY {
     }
     const Index number = context_.drawn + start;
     std::vector<double> v = random_start(sampled_, own_, number, options_);
-    if (!held_.empty()) {
+    if (!held_.empty() && !(has_branches_ && start % 2 == 0)) {
       std::vector<double> moved = own_;
       for (const std::size_t i : held_) moved[i] = v[i];
       Result result = solve_held(std::move(moved));
@@ -509,6 +511,7 @@ class MaximizationOverY {
   bool is_boxed_ = false;          ///< these all have two bounds: none of them can run away
   bool is_connected_ = true;       ///< boxes, and states that follow from variables in them
   bool follows_ = false;           ///< equations determine what has not two bounds
+  bool has_branches_ = false;      ///< these are not known to be explicit
   SearchStructure structure_;
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away
@@ -654,9 +657,17 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
   };
   // Where a trajectory that goes on diverges y is not Max's.
   const auto scan_side = [&](Index row, int side, double bound, double accepted) {
-    MaximaOverY scan = scan_in(scopes.of(row), row, side, bound, accepted);
-    if (scan.completed) return scan;
-    return scan_in(scopes.all_of(row), row, side, bound, accepted);
+    RobustScope scope = scopes.of(row);
+    MaximaOverY scan = scan_in(scope, row, side, bound, accepted);
+    if (!scan.completed) {
+      scope = scopes.all_of(row);
+      scan = scan_in(scope, row, side, bound, accepted);
+    }
+    if (scope.idle.empty() || !scope.follows.empty() || starts == 0) return scan;
+    // What is idle may decide which y have a solution of the equations at all.
+    scope.idle.clear();
+    MaximaOverY other = scan_in(scope, row, side, bound, accepted);
+    return other.is_higher(other.highest(), scan.highest()) ? other : scan;
   };
   std::vector<MaximaOverY> scans;
   for (const Index row : robust_constraints(s)) {

@@ -763,5 +763,61 @@ TEST(Audit, ARowOfAStateIsMetWithinItsRelaxation) {
   }
 }
 
+// s^2 = 3 + w / 2 + x / 5 has two solutions: at the start's, the lower one, s + x <= 2 holds.
+TEST(Audit, EveryBranchOfAnEquationIsSearched) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", -4.0, 4.0);
+  const Expression w = model.variable(kMax, "w", -1.0, 1.0);
+  const Expression s = model.variable(kMax, "s");
+  model.objective(square(x - 2.2));
+  model.constraint(square(s) - 3.0 - 0.5 * w - 0.2 * x, 0.0, 0.0, kMax);
+  model.constraint(s + x, -kNoBound, 2.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.0, -std::sqrt(3.0)});
+  const Result result = solve(problem, {});
+  EXPECT_LE(result.v[0] + std::sqrt(3.5 + 0.2 * result.v[0]), 2.0 + 1e-6) << result.message;
+}
+
+// s1 = x + mean w, s2^2 = s1 + mean u: -s1 <= .2 does not read u, on which it depends which w have
+// an s2.
+TEST(Audit, WhatDecidesThatAnEquationCanHoldIsSearched) {
+  constexpr int kDisturbances = 5;
+  Model model;
+  const Expression x = model.variable(kMin, "x", -3.0, 3.0);
+  Expression w = 0.0 * x, u = 0.0 * x;
+  for (int i = 0; i < kDisturbances; ++i) {
+    w = w + model.variable(kMax, "w" + std::to_string(i), -1.0, 1.0) / kDisturbances;
+    u = u + model.variable(kMax, "u" + std::to_string(i), -1.0, 1.0) / kDisturbances;
+  }
+  const Expression s1 = model.variable(kMax, "s1"), s2 = model.variable(kMax, "s2");
+  model.objective(square(x));
+  model.constraint(s1 - x - w, 0.0, 0.0, kMax);
+  model.constraint(square(s2) - s1 - u, 0.0, 0.0, kMax);
+  model.constraint(-s1, -kNoBound, 0.2, kMin);
+  std::vector<double> start(3 + 2 * kDisturbances, 0.0);
+  start[0] = start[start.size() - 2] = 1.5;
+  start.back() = std::sqrt(1.5);
+  AutodiffProblem problem(model, start);
+  const Result result = solve(problem, {});
+  EXPECT_GE(result.v[0], 0.8 - 1e-6) << result.message;
+}
+
+// A row that reads a state beside a little of x, states of 1e3.
+TEST(Audit, WhatXMovesThroughEquationsCountsBesideWhatItMovesAtOnce) {
+  for (const double slope : {1e-8, 1e-3}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", -4.0, 4.0),
+                     z = model.variable(kMin, "z", -4.0, 4.0);
+    const Expression w0 = model.variable(kMax, "w0", -1.0, 1.0);
+    const Expression w1 = model.variable(kMax, "w1", -1.0, 1.0);
+    const Expression s0 = model.variable(kMax, "s0"), s1 = model.variable(kMax, "s1");
+    model.objective(square(x - 3.0) + square(z - 1.0));
+    model.constraint(s0 - 1e3 - 0.2 - x - 0.4 * w0, 0.0, 0.0, kMax);
+    model.constraint(s1 - 1e3 - 0.9 * (s0 - 1e3) - x - 0.4 * w1, 0.0, 0.0, kMax);
+    model.constraint(s1 - 1e3 + slope * z, -kNoBound, 1.4, kMin);
+    AutodiffProblem problem(model, {0.0, 0.0, 0.0, 0.0, 1e3 + 0.2, 1e3 + 0.2});
+    expect_certified(solve(problem, {}), std::to_string(slope));
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax
