@@ -428,8 +428,8 @@ class RobustSearch {
         ++work_.counts.jacobian;
         if (std::ranges::count(gradients, gradients.back()) == 1) released.push_back(side.at_y(v));
       }
-      const bool higher = highest == nullptr || side.excess(0) > highest->excess(0);
-      if (!side.maxima.empty() && higher) highest = &side;
+      if (side.maxima.empty()) continue;
+      if (highest == nullptr || side.excess(0) > highest->excess(0)) highest = &side;
     }
     if (released.empty() && highest != nullptr)
       released.push_back(highest->at_y(highest->maxima.front().v));
