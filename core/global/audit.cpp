@@ -101,11 +101,12 @@ class Hearing {
       if (is_missed_at_answer(j))
         worst = {
             .constraint = row, .v = result_.v, .value = result_.constraints[j], .active = true};
+      bool measured = false;
       for (const Look& seen : looks_) {
         const double lower = s_.constraint_lower[j], upper = s_.constraint_upper[j];
         if (is_met(seen.g[j], lower, upper, ranges_[j], tol)) continue;
         const Look here = anew(seen);
-        measure_change_by_equations(j);
+        if (!std::exchange(measured, true)) measure_change_by_equations(j);
         const double beside =
             excess(here.g[j], lower, upper) / std::max(ranges_[j].size(), kVanishingRange);
         if (is_met(here.g[j], lower, upper, ranges_[j], tol) || beside <= largest ||

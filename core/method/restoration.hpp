@@ -40,7 +40,8 @@ struct Restorer {
 ///     rho sum(p + n) + zeta/2 |D (v - v_R)|^2   s.t.  c(v) - p + n = 0,  bounds of v,  p, n >= 0
 ///
 /// until acceptable(v, c) holds. Moves v of the point; its values are the caller's to renew, and so
-/// are its multipliers, unless it is locally infeasible: they are then those of this problem. iterations: those still allowed, reduced by those used.
+/// are its multipliers, unless it is locally infeasible: they are then those of this problem.
+/// iterations: those still allowed, reduced by those used.
 /// Where the proximal term holds v back at the end, it goes on from there with less of it: what is
 /// called a local minimum of the violation is one without that term.
 [[nodiscard]] RestorationOutcome restore_feasibility(

@@ -39,8 +39,8 @@ class RobustCopies final : public Problem {
     }
   };
   /// scopes: of the model. reads_y: n, whether f reads a Max variable. Robust constraints without a
-  /// worst case are left out. Where the budget is interrupted it is undefined: one evaluation is many of the
-  /// model.
+  /// worst case are left out. Where the budget is interrupted it is undefined: one evaluation is
+  /// many of the model.
   RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const RobustScopes& scopes,
                const std::vector<bool>& reads_y, Budget& budget)
       : model_(model),
