@@ -90,8 +90,8 @@ class Hearing {
                                                                                       : nullptr;
   }
 
-  /// The y that violates a robust constraint most, beside its range. What follows from it, which is
-  /// that of the x where it was met, is computed anew.
+  /// The y that violates a robust constraint most, beside its range; or one where it is undefined.
+  /// What follows from y, which is that of the x where it was met, is computed anew.
   [[nodiscard]] std::optional<RobustWorstCase> violated() {
     const double tol = options_.minmax_worst_case_tol + kRelaxations * options_.bound_relax_factor;
     std::optional<RobustWorstCase> worst;
@@ -117,7 +117,7 @@ class Hearing {
         largest = beside;
       }
     }
-    return worst;
+    return worst ? worst : undefined_;
   }
 
  private:
@@ -187,10 +187,34 @@ class Hearing {
     if (!model_.objective(seen.v, true, seen.f)) seen.f = kNaN;
     if (!ranges_.empty()) {
       ++counts_.constraints;
-      if (!model_.constraint_rows(rows_that_change(seen), seen.v, false, seen.g)) return {};
+      if (!model_.constraint_rows(rows_that_change(seen), seen.v, false, seen.g) ||
+          !all_finite(seen.g)) {
+        look_for_undefined(v);
+        return {};
+      }
     }
     see(seen);
     return seen;
+  }
+
+  /// Keeps the first y at which a robust constraint is undefined or infinite, also beside it in Y:
+  /// at a bound of y its limit may be what counts, as of y log(y).
+  void look_for_undefined(std::vector<double> v) {
+    constexpr double kBeside = 1e-3;  // of the way to the answer's y
+    if (undefined_) return;
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] += kBeside * (result_.v[i] - v[i]);
+    // A model may write what is defined and say that not all is.
+    Look beside{.v = v, .g = std::vector<double>(ranges_.size(), kNaN)};
+    std::vector<Index> all(ranges_.size());
+    std::iota(all.begin(), all.end(), 0);
+    ++counts_.constraints;
+    static_cast<void>(model_.constraint_rows(all, v, true, beside.g));
+    const auto is_undefined = [&](Index row) { return !std::isfinite(beside.g[at(row)]); };
+    if (!max_may_choose(beside)) return;
+    const std::vector<Index> rows = robust_constraints(s_);
+    const auto row = std::ranges::find_if(rows, is_undefined);
+    if (row != rows.end())
+      undefined_ = {.constraint = *row, .v = v, .value = kNaN, .active = true};
   }
 
   /// Other constraints have the values that they have at the answer, where these are known.
@@ -347,6 +371,7 @@ class Hearing {
   std::vector<double> changes_;   ///< m
   std::vector<double> jacobian_;  ///< at the answer
   std::vector<Look> looks_;
+  std::optional<RobustWorstCase> undefined_;
   std::optional<std::vector<RobustScope::Explicit>> follows_;
 };
 
@@ -540,7 +565,8 @@ std::string why_refuted(const ProblemStructure& s, const Result& result) {
     const RobustWorstCase& worst = result.worst_cases.back();
     const bool of_objective = at(worst.constraint) >= s.constraint_players.size();
     if (of_objective) return "f is " + number_text(worst.value, 8) + " at another y";
-    return constraint_name(s, worst.constraint) + " is " + number_text(worst.value, 8) +
+    return constraint_name(s, worst.constraint) + " is " +
+           (std::isnan(worst.value) ? "undefined" : number_text(worst.value, 8)) +
            " at another y: " + describe_y(s, worst.constraint, worst.v);
   }
   const auto open = std::ranges::find(y.proofs, false, &WorstCaseProof::complete);

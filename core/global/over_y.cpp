@@ -395,6 +395,7 @@ class MaximizationOverY {
       found_.finished = false;
       return false;
     }
+    if (context_.witnesses != nullptr) context_.witnesses->add_start(v);  // may be undefined there
     Restarted restarted(inner_, std::move(v));
     const Result result = structure_.solve(restarted, options, context_.budget, observer());
     add_work(result, context_.work);

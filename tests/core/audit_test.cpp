@@ -819,5 +819,30 @@ TEST(Audit, WhatXMovesThroughEquationsCountsBesideWhatItMovesAtOnce) {
   }
 }
 
+/// (x - 3)^2 subject to x + root(.5 - y) <= 2 over y in [0, 1].
+TEST(Audit, AConstraintThatIsUndefinedAtSomeYIsNotMet) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", 0.0, 1.0);
+  model.objective(square(x - 3.0));
+  model.constraint(x + sqrt(0.5 - y), -kNoBound, 2.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.1});
+  const Result result = solve(problem, {});
+  EXPECT_FALSE(is_success(result.status));
+  EXPECT_NE(result.message.find("is undefined at another y: variable 1 (y) = "), std::string::npos)
+      << result.message;
+}
+
+/// The same with y log(y), which is undefined at y = 0 alone.
+TEST(Audit, AConstraintMayBeUndefinedAtABoundOfY) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", 0.0, 1.0);
+  model.objective(square(x - 3.0));
+  model.constraint(x - y * log(y), -kNoBound, 2.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.1});
+  expect_certified(solve(problem, {}), "");
+}
+
 }  // namespace
 }  // namespace ipminmax
