@@ -213,8 +213,7 @@ class Hearing {
     if (!max_may_choose(beside)) return;
     const std::vector<Index> rows = robust_constraints(s_);
     const auto row = std::ranges::find_if(rows, is_undefined);
-    if (row != rows.end())
-      undefined_ = {.constraint = *row, .v = v, .value = kNaN, .active = true};
+    if (row != rows.end()) undefined_ = {.constraint = *row, .v = v, .value = kNaN, .active = true};
   }
 
   /// Other constraints have the values that they have at the answer, where these are known.

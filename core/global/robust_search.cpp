@@ -29,9 +29,11 @@ namespace {
 /// Rounds of solving and looking for worst cases.
 constexpr Index kMostRounds = 30;
 /// Rounds with held y after which copies go on, which meet many worst cases of a smooth row by
-/// Newton's method, and starts of y for each constraint in these.
+/// Newton's method, starts of y for each constraint in these, and iterations of a solve: x that few
+/// y do not determine, as coefficients of a decision rule, may wander.
 constexpr Index kCoarseRounds = 2;
 constexpr Index kCoarseStarts = 2;
+constexpr Index kCoarseIterations = 200;
 /// Violation, beside the range of a row, that held y may leave before copies go on.
 constexpr double kCoarse = 1e-3;
 /// Distance to the bound, beside the range of a row, up to which a maximum gets a copy after coarse
@@ -273,7 +275,7 @@ class RobustSearch {
     const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
     const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
     for (Index round = 1;; ++round) {
-      const Solved solved = solve_worst_cases(held || restarts_);
+      const Solved solved = solve_worst_cases(held || restarts_, coarse);
       const auto& [copies, result] = solved;
       if (!is_success(result.status)) {
         report(solved, {}, false);
@@ -312,7 +314,7 @@ class RobustSearch {
 
   /// With the worst cases at hand, near an answer if there is one; if that fails also from_afar, on
   /// the way from where copies might become those of other maxima.
-  Solved solve_worst_cases(bool from_afar) {
+  Solved solve_worst_cases(bool from_afar, bool coarse = false) {
     auto copies = std::make_unique<RobustCopies>(form_.solved, place_.worst_cases, scopes_,
                                                  reads_y_, budget_);
     if (place_.moved) copies->start_at(place_.v);
@@ -329,6 +331,7 @@ class RobustSearch {
       // With a large mu maxima at different bounds are one.
       SolverOptions options = near ? staying_near(options_, kMuNear) : options_;
       options.warm_start_init_point = false;
+      if (coarse) options.max_iter = std::min(options.max_iter, kCoarseIterations);
       // Where worst cases are looked for, that is where to begin anew.
       if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
       ++work_.over_y.solves;

@@ -243,41 +243,42 @@ class RobustCopies final : public Problem {
     part.column.resize(v_.size());
     std::iota(part.column.begin(), part.column.end(), 0);
     part.row_of.assign(g_.size(), -1);
-    part.row = std::ranges::any_of(parts_, same_row) ? copy_row(worst_case.constraint, copy)
-                                                     : worst_case.constraint;
+    part.row = std::ranges::any_of(parts_, same_row)
+                   ? copy_row(worst_case.constraint, copy, Player::Min)
+                   : worst_case.constraint;
     part.row_of[at(worst_case.constraint)] = part.row;
     if (worst_case.side > 0) structure_.constraint_lower[at(part.row)] = -kInfinity;
     if (worst_case.side < 0) structure_.constraint_upper[at(part.row)] = kInfinity;
     if (worst_case.copied) {
       const RobustScope& scope = scopes_[k];
+      // What follows from a y that is held is Min's: Max has no choice left.
+      const Player player = worst_case.held ? Player::Min : Player::Max;
       for (const Index i : scope.variables) {
         const bool idle = std::ranges::binary_search(scope.idle, i);
         const bool held = worst_case.held && !std::ranges::binary_search(scope.followers, i);
-        part.column[at(i)] = copy_variable(i, copy, worst_case, held || idle);
+        part.column[at(i)] = copy_variable(i, copy, player, worst_case.v[at(i)], held || idle);
       }
       if (!worst_case.held || !scope.followers.empty()) {
-        for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy);
+        for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy, player);
       }
     }
     parts_.push_back(std::move(part));
   }
 
-  [[nodiscard]] Index copy_variable(Index i, std::size_t copy, const WorstCase& worst_case,
+  [[nodiscard]] Index copy_variable(Index i, std::size_t copy, Player player, double value,
                                     bool held) {
     const ProblemStructure& s = model_.structure();
-    const double value = worst_case.v[at(i)];
     model_variable_.push_back(i);
     if (!s.variable_units.empty()) structure_.variable_units.push_back(s.variable_units[at(i)]);
-    return add_variable(structure_, Player::Max, held ? value : s.variable_lower[at(i)],
+    return add_variable(structure_, player, held ? value : s.variable_lower[at(i)],
                         held ? value : s.variable_upper[at(i)],
                         label_of_copy(s.variable_names, s.variable_numbers, i, copy));
   }
 
-  [[nodiscard]] Index copy_row(Index j, std::size_t copy) {
+  [[nodiscard]] Index copy_row(Index j, std::size_t copy, Player player) {
     const ProblemStructure& s = model_.structure();
     model_row_.push_back(j);
-    return add_constraint(structure_, s.constraint_players[at(j)], s.constraint_lower[at(j)],
-                          s.constraint_upper[at(j)],
+    return add_constraint(structure_, player, s.constraint_lower[at(j)], s.constraint_upper[at(j)],
                           label_of_copy(s.constraint_names, s.constraint_numbers, j, copy));
   }
 

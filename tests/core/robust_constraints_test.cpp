@@ -709,5 +709,54 @@ TEST(RobustConstraint, WhatFReadsElsewhereIsNotOverlooked) {
   EXPECT_NEAR(result.objective, worst, 1e-6) << result.message;
 }
 
+/// A reactor with a cooler (Halemane and Grossmann 1983): its volume and area are chosen at once,
+/// recycle flow and temperature by an affine rule of the rate t and the heat transfer w. Five
+/// implicit equations in units from 5 to 5e5. The value is that of a grid of 400 scenarios.
+TEST(RobustConstraint, ADecisionRuleIsFoundWhereStatesFollowImplicitly) {
+  constexpr double kFeed = 45.36, kHeat = 23260.0 * kFeed * 0.9, kCp = 167.4, kWater = 4.184;
+  Model model;
+  const Expression volume = model.variable(kMin, "volume", 0.0, 20.0);
+  const Expression area = model.variable(kMin, "area", 0.0, 10.0);
+  const Expression t = model.variable(kMax, "t", -1.0, 1.0);
+  const Expression w = model.variable(kMax, "w", -1.0, 1.0);
+  const auto rule = [&](const std::string& name) {
+    const Expression constant = model.variable(kMin, name);
+    const Expression of_t = model.variable(kMin, name + "_t");
+    const Expression of_w = model.variable(kMin, name + "_w");
+    return constant + of_t * t + of_w * w;
+  };
+  const Expression flow = rule("flow"), hot = rule("hot");
+  const Expression used = model.variable(kMax, "used"), heat = model.variable(kMax, "heat");
+  const Expression cooled = model.variable(kMax, "cooled"), out = model.variable(kMax, "out");
+  const Expression water = model.variable(kMax, "water");
+  model.objective(691.2 * pow(volume, 0.7) + 873.6 * pow(area, 0.6) + 1.76 * water + 7.056 * flow);
+  const auto equation = [&](const Expression& e) { model.constraint(e, 0.0, 0.0, kMax); };
+  equation(used * (10.0 + 0.5 * t) * exp(-555.6 / hot) * 3.204 - kFeed * 0.9);
+  equation(kFeed * kCp * (hot - 333.0) + heat - kHeat);
+  equation(flow * kCp * (hot - cooled) - heat);
+  equation(water * kWater * (out - 300.0) - heat);
+  const Expression warm = hot - out, cold = cooled - 300.0;
+  equation(area * 1635.0 * (1.0 + 0.05 * w) * (warm - cold) / (log(warm) - log(cold)) - heat);
+  const auto limit = [&](const Expression& e, double lower, double upper) {
+    model.constraint(e, lower, upper, kMin);
+  };
+  limit(used - volume, -kNoBound, 0.0);
+  limit(used, 0.0, kNoBound);
+  limit(hot, 311.0, 389.0);
+  limit(cooled, 311.0, 389.0);
+  limit(out, 301.0, 355.0);
+  limit(hot - cooled, 1.0, kNoBound);
+  limit(out - 300.0, 1.0, kNoBound);
+  limit(warm, 11.1, kNoBound);
+  limit(cold, 11.1, kNoBound);
+  AutodiffProblem problem(model, {6.0, 7.45, 0.0, 0.0, 88.32, 0.0, 0.0, 388.0, 0.0, 0.0, 5.315,
+                                  531927.0, 352.0, 350.0, 2542.0});
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  const Result result = solve(problem, options);
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_NEAR(result.objective, 9955.0935, 0.1);
+}
+
 }  // namespace
 }  // namespace ipminmax
