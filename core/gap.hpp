@@ -15,9 +15,9 @@ namespace IPMINMAX_API ipminmax {
 struct DualityGap {
   double most = std::numeric_limits<double>::quiet_NaN();   ///< max over y of f at the given x
   double least = std::numeric_limits<double>::quiet_NaN();  ///< min over x of f at the given y
-  /// Whether they differ by at most tol, or minmax_worst_case_tol of the range of f over some
-  /// points: then the point is a saddle point over all of x and y, perhaps one of several, with
-  /// exact value.
+  /// Whether they differ by at most tol, or SolverOptions::minmax_worst_case_tol (1e-6) of the
+  /// range of f over some points: then the point is a saddle point over all of x and y, perhaps one
+  /// of several, with exact value.
   bool saddle_point = false;
   std::string message;  ///< the gap in words, without a line end
   [[nodiscard]] double size() const { return most - least; }

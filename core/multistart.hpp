@@ -27,8 +27,8 @@ struct MultistartResult {
   /// all starts together.
   Result best;
   Index best_start = 0;
-  /// Certified points, the smallest local minmax value first (the largest if Min has no free
-  /// variables), equal values in the order of the starts. The first value is the best one known; it
+  /// Certified points, the smallest local minmax value first (the largest if all of Min's variables
+  /// are fixed), equal values in the order of the starts. The first value is the best one known; it
   /// is neither the global minmax value nor a bound of it, since other maxima over y may be higher.
   /// With minmax_worst_case_starts points are ranked by the largest value found over y at their x
   /// (result.worst_case), and each higher maximum found is one more start.

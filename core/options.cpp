@@ -369,16 +369,17 @@ Rows multistart_options() {
        "Number of starts of maximizations over y, x held, for f and for each robust constraint. "
        "If a worse y is found, the solve continues with it. If f is higher, or a robust constraint "
        "violated, at a y that was found, the answer is no success. 0: no search. -1: 8 for each "
-       "robust constraint (3 if they agree and are far below the limit). More follow, up to 100, "
-       "as long as new maxima are found and none violates the constraint, but a higher one could. "
-       "f is treated so with minmax_epigraph; without it f is not searched.",
+       "robust constraint, or as few as 3 if these agree and are far below the limit. More follow, "
+       "up to 100, while other maxima are to be expected, none found violates the constraint, and "
+       "one a little higher than these would. f is treated so with minmax_epigraph, is maximized "
+       "from 8 starts with minmax_worst_case_proof, and is not searched otherwise.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
        "Whether branch and bound over y, with outward rounding, proves how large f and each "
        "robust constraint can become at the answer's x. If it finds a worse y, the solve "
        "continues with it. An answer without a complete proof is no success. Needs a model that "
-       "gives its formulas, see docs/proof.md. Each function may read at most 8 free Max "
-       "variables, all with two bounds (more if no box has to be divided).",
+       "gives its formulas, see docs/proof.md. Each function may read at most 8 Max "
+       "variables that are not fixed, all with two bounds (more if no box has to be divided).",
        flag(&O::minmax_worst_case_proof)},
       {"minmax_concave_in_y", category,
        "yes states that f is concave in y and that the feasible y are a convex set. A local "

@@ -41,7 +41,8 @@ struct ProblemStructure {
   /// n or empty: units of the variables inside the solve, unless the user scales them. A problem
   /// that is built from another model sets them.
   std::vector<double> variable_units{};
-  /// The objective over that of the model that the problem is built from, which tol is meant for.
+  /// Factor by which the objective of the model that the problem is built from was multiplied. tol
+  /// is meant for the model's own objective.
   double objective_factor = 1.0;
 };
 

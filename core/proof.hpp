@@ -45,8 +45,8 @@ struct ProofRequest {
 };
 
 /// Proves a bound of the largest value of f or of a robust constraint over all of y at the x of v
-/// (n values). The method is branch and bound over Max's free variables: at most
-/// IntervalJet::kMostDirections of them, each with two bounds. A box is bounded by interval
+/// (n values). The method is branch and bound over Max's variables that are not fixed: at most
+/// IntervalJet::kMostDirections (8) of them, each with two bounds. A box is bounded by interval
 /// arithmetic with outward rounding (interval.hpp): by the formulas, their mean-value form, their
 /// second-order form, and the latter two of the Lagrangian with the multipliers of the value seen,
 /// f <= f + lambda (u - g) on Y(x). A box is discarded if a constraint of Max fails everywhere in

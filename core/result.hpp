@@ -55,11 +55,11 @@ enum class Status : std::uint8_t {
 [[nodiscard]] bool is_success(Status status);
 
 enum class PointKind : std::uint8_t {
-  LocalMinmax,      ///< certified: both inertias as expected, with a margin
+  LocalMinmax,      ///< certified: second-order test passed, and no search refutes the point
   FirstOrderPoint,  ///< stationary, not certified; Certificate::second_order says more
-  FeasiblePoint,
-  InfeasiblePoint,
-  Unknown  ///< no point, or one at which the constraints are undefined
+  FeasiblePoint,    ///< not stationary
+  InfeasiblePoint,  ///< not stationary
+  Unknown           ///< no point, or one at which the constraints are undefined
 };
 [[nodiscard]] std::string_view name_of(PointKind kind);
 
@@ -122,9 +122,9 @@ struct Certificate {
   SecondOrder second_order = SecondOrder::NotTested;
   Inertia inner, inner_expected;
   Inertia full, full_expected;
-  /// Curvature that the test subtracted from both players while both inertias stayed as expected,
-  /// in scaled variables (docs/algorithm.md, "Variable scaling"). It says how reliable the test is,
-  /// not how robust the design. 0 unless Satisfied.
+  /// Curvature that the test added to W_yy in K_yy and subtracted from W in K while both inertias
+  /// stayed as expected (docs/certificate.md), in scaled variables (docs/algorithm.md, "Variable
+  /// scaling"). It says how reliable the test is, not how robust the design. 0 unless Satisfied.
   double margin = 0.0;
   /// Estimate of the least curvature of K and K_yy, scaled, at most 1; 0 unless Satisfied.
   double least_curvature = 0.0;
@@ -194,7 +194,7 @@ enum class FactorizationCause : std::uint8_t {
   Barrier,      ///< oracles of mu_strategy adaptive
   Multipliers,  ///< least-squares multipliers
   Certificate,  ///< the second-order test
-  Restoration   ///< K of the restoration problem; the other counts do not include it
+  Restoration   ///< K of the restoration problem; no other count of factorizations includes it
 };
 inline constexpr std::size_t kFactorizationCauses = 9;
 [[nodiscard]] std::string_view name_of(FactorizationCause cause);
@@ -241,7 +241,8 @@ struct WorstCase {
   std::vector<double> y;  ///< Max's variables of v, in their order
   /// Values of f at the distinct maxima over y, the largest first, at most ten.
   std::vector<double> branches;
-  /// Whether value exceeds the objective by more than a maximization is exact, or is unbounded.
+  /// Whether value exceeds the objective by more than the accuracy of a maximization, or a
+  /// maximization diverged (unbounded).
   bool higher = false;
   bool unbounded = false;  ///< whether a maximization over y diverged
   /// Whether all ended at one maximum, with the expected inertia of K_yy at every iterate.
@@ -281,8 +282,8 @@ struct WorstCaseProof {
   Index boxes = 0;        ///< number of boxes examined
   Index left = 0;         ///< number of boxes not decided
   double seconds = 0.0;
-  std::optional<Status> interrupted;
-  std::string message;  ///< one sentence
+  std::optional<Status> interrupted;  ///< set if the observer or a time limit ended the proof
+  std::string message;                ///< one sentence
 };
 
 /// What was searched over all of y, beyond the y of the certificate. A function is f, or a bounded
@@ -295,8 +296,8 @@ struct SearchOverY {
   bool finished = true;
   /// Whether a y is known at which f is clearly higher or a robust constraint violated.
   bool better_known = false;
-  /// Largest violation of a robust constraint at the returned x over all y examined; NaN: none was
-  /// examined.
+  /// Largest violation of a robust constraint, in its own units, at the returned x over all y
+  /// examined; NaN: none was examined.
   double largest_violation = std::numeric_limits<double>::quiet_NaN();
   /// Solving again: number of solves since the last full search, the largest of all robust
   /// constraints (RobustWorstCase::age). 0: all were searched in this solve.
@@ -351,8 +352,10 @@ struct Result {
   KktError error = KktError::unknown();
   double mu = 0.0;  ///< last barrier parameter
   Index iterations = 0;
-  Index factorizations = 0;  ///< of K and K_yy together
-  double seconds = 0.0;      ///< wall time
+  /// Of K and K_yy together, without those of restorations, which minmax_max_factorizations counts,
+  /// too: counts.factorizations_for(FactorizationCause::Restoration).
+  Index factorizations = 0;
+  double seconds = 0.0;  ///< wall time
   double cpu_seconds = 0.0;
   Counts counts;
   Timing timing;

@@ -24,15 +24,15 @@ struct RobustResult {
   std::vector<RobustWorstCase> worst_cases;  ///< ordered by constraint, the first found first
   Index solves = 0;                          ///< number of solves, each with other worst cases
   Index maximizations = 0;                   ///< number of maximizations of a constraint over y
-  /// Largest violation of a robust constraint at the returned x over all y examined; NaN: none was
-  /// examined.
+  /// Largest violation of a robust constraint, in its own units, at the returned x over all y
+  /// examined; NaN: none was examined. RobustWorstCase::range is the range to compare it with.
   double largest_violation = 0.0;
   /// Number of worst cases of f, if f was treated as a robust constraint (minmax_epigraph). At a
   /// certified answer x is a local minimum of the largest of them. 0: f was not.
   Index branches = 0;
   Index starts = 1;      ///< number of starts of x
   Index best_start = 0;  ///< index of the start that led to the answer, from 0
-  /// Certified points, the smallest objective first; empty unless minmax_starts is above 1.
+  /// Certified points, ranked as MultistartResult::points; empty unless minmax_starts is above 1.
   std::vector<DistinctPoint> points;
 };
 
@@ -48,12 +48,13 @@ struct RobustResult {
 ///
 ///   1. Optimize x against fixed worst cases. The first one is the y of the model's start.
 ///   2. Maximize each robust constraint over y at this x. A maximum that violates its constraint by
-///      more than minmax_worst_case_tol times the range of the values seen is one more worst case.
+///      more than SolverOptions::minmax_worst_case_tol (default 1e-6) times the range of the values
+///      seen is one more worst case. (docs/robust_constraints.md defines the range.)
 ///   3. After two such rounds, replace each worst case that is active, or nearly, by a copy: Max
 ///      variables of its own, which move with x and stay at a local maximum of the constraint.
 ///   4. Optimize x and the copies together, and test second-order conditions.
-///   5. Maximize each constraint from minmax_worst_case_starts starts (default: 8, and more if
-///      these find different maxima; 0: no search). A maximum that violates its constraint becomes
+///   5. Maximize each constraint from minmax_worst_case_starts starts (default: 8, fewer if these
+///      agree, more if they do not; 0: no search). A maximum that violates its constraint becomes
 ///      another copy; repeat from 4 until there is none.
 ///   6. If copies fail, return to 1 and 2 with all starts, until no y violates a constraint.
 ///

@@ -43,8 +43,9 @@ struct WorstCaseCheck {
                                               const MultistartObserver& observer = {});
 
 /// Calls check_worst_case at result.v with minmax_worst_case_starts starts, and stores what it
-/// found in result.worst_case. solve and multistart do so themselves. Does nothing without Max
-/// variables, without a point, or if minmax_worst_case_starts is 0.
+/// found in result.worst_case. solve and multistart do so themselves. The default, -1, stands for 8
+/// starts with minmax_epigraph or minmax_worst_case_proof, otherwise for none. Does nothing without
+/// starts, Max variables or a point, or if the factor of the objective is negative.
 void add_worst_case(Problem& problem, const SolverOptions& options, Result& result,
                     const MultistartObserver& observer = {});
 
