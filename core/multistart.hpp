@@ -48,8 +48,9 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 ///   2. first-order point to tol or the acceptable level whose second-order test is undecided:
 ///      first those whose inner maximum is clear (inertia of K_yy as expected), as otherwise the
 ///      objective need not be a value of the maximum; then the smaller objective;
-///   3. point that passed the second-order test but is no success (a worse y is known, or the
-///      search was cut short): the smaller value at the worst y known, or the smaller violation;
+///   3. point that passed the second-order test but is no success (a y is known with a higher f or
+///      a violated robust constraint, or the search was cut short): the smaller value at the y with
+///      the highest f known, or the smaller violation;
 ///   4. feasible point that is not stationary: the smaller error.total, since its objective may be
 ///      small only because y is not a maximum;
 ///   5. first-order point that the second-order test refuted: the smaller error.total;
@@ -58,6 +59,8 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 [[nodiscard]] bool better(const Result& a, const Result& b);
 
 /// Solves from max(minmax_starts, 1 + given.size()) starting points and collects what was found.
+/// MultistartObserver (iteration.hpp) has on_result(start, result), called after each start, and
+/// on_iteration, which stops all starts by returning false.
 ///
 /// Start 0 is the model's own and runs first, alone. If it ends for a reason that no other start
 /// can change (invalid problem, invalid option, too few degrees of freedom), no other start is
@@ -73,7 +76,9 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 /// or, without two bounds, of the spread of its values.
 ///
 /// Without minmax_worst_case_starts f is evaluated at the best point's x with the y of all starts
-/// (at most 1000 uncertified ones). If one is worse, best.worst_case.higher and the message say so.
+/// (at most 1000 uncertified ones). If one gives a higher f, best.worst_case.higher is set and the
+/// message says so.
+///
 /// With robust constraints, minmax_epigraph or minmax_epigraph_at_kinks each start is refined over
 /// its worst cases (robust.hpp); certified points with the same x count as one, with the higher
 /// value.

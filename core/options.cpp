@@ -275,8 +275,8 @@ Rows barrier_strategy_options() {
   return {
       {"minmax_barrier_rule", category, "How the barrier parameter decreases.",
        choice(&O::minmax_barrier_rule, {"ipopt", "paper"},
-              {"mu <- max(min(tol, compl_inf_tol)/11, min(kappa_mu mu, mu^theta_mu)) while E_mu <= "
-               "kappa_epsilon mu",
+              {"mu <- max(min(tol, compl_inf_tol)/(kappa_epsilon + 1), min(kappa_mu mu, "
+               "mu^theta_mu)) while E_mu <= kappa_epsilon mu",
                "mu <- sigma mu after a step with |g(z,mu)| <= mu (Algorithm 1; g is the residual "
                "of the first-order conditions)"})},
       {"mu_strategy", category, "Whether the barrier parameter only decreases.",
@@ -366,20 +366,21 @@ Rows multistart_options() {
        "in turn. One with two bounds starts anywhere between them.",
        positive(&O::minmax_start_radius)},
       {"minmax_worst_case_starts", category,
-       "Number of starts of maximizations over y, x held, for f and for each robust constraint. "
-       "If a worse y is found, the solve continues with it. If f is higher, or a robust constraint "
-       "violated, at a y that was found, the answer is no success. 0: no search. -1: 8 for each "
-       "robust constraint, or as few as 3 if these agree and are far below the limit. More follow, "
-       "up to 100, while other maxima are to be expected, none found violates the constraint, and "
-       "one a little higher than these would. f is treated so with minmax_epigraph, is maximized "
-       "from 8 starts with minmax_worst_case_proof, and is not searched otherwise.",
+       "Number of starts of maximizations over y, x held, for f and for each robust constraint. If "
+       "f is higher, or a robust constraint violated, at a y that was found, the solve continues "
+       "with this y. If such a y remains at the end, the answer is no success. 0: no search. -1: 8 "
+       "for each robust constraint, or as few as 3 if these agree and are far below the limit. "
+       "More follow, up to 100, while other maxima are to be expected, the constraint holds at all "
+       "maxima found, and it would be violated at one a little higher. With -1 f is treated so "
+       "with minmax_epigraph, is maximized from 8 starts with minmax_worst_case_proof, and is not "
+       "searched otherwise.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
-       "Whether branch and bound over y, with outward rounding, proves how large f and each "
-       "robust constraint can become at the answer's x. If it finds a worse y, the solve "
-       "continues with it. An answer without a complete proof is no success. Needs a model that "
-       "gives its formulas, see docs/proof.md. Each function may read at most 8 Max "
-       "variables that are not fixed, all with two bounds (more if no box has to be divided).",
+       "Whether branch and bound over y, with outward rounding, proves how large f and each robust "
+       "constraint can become at the answer's x. If it finds a y with a higher value, the solve "
+       "continues with this y. An answer without a complete proof is no success. Needs a model "
+       "that gives its formulas, see docs/proof.md. Each function may read at most 8 Max variables "
+       "that are not fixed, all with two bounds (more if no box has to be divided).",
        flag(&O::minmax_worst_case_proof)},
       {"minmax_concave_in_y", category,
        "yes states that f is concave in y and that the feasible y are a convex set. A local "

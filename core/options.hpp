@@ -17,8 +17,10 @@ enum class Globalization : std::uint8_t {
   Filter  ///< filter line search on the local maximum over y
 };
 enum class BarrierRule : std::uint8_t {
-  Ipopt,  ///< mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_eps mu
-  Paper   ///< b <- sigma b when |g(z,b)| <= b
+  /// While E_mu <= kappa_eps mu:
+  /// mu <- max(min(tol, compl_inf_tol) / (kappa_eps + 1), min(kappa_mu mu, mu^theta_mu))
+  Ipopt,
+  Paper  ///< b <- sigma b when |g(z,b)| <= b
 };
 enum class BarrierStrategy : std::uint8_t {
   Monotone,

@@ -23,7 +23,7 @@ struct ProblemStructure {
   std::vector<double> constraint_lower;       ///< m; equal to the upper bound for an equality
   std::vector<double> constraint_upper;       ///< m
   std::vector<Triplet> jacobian;              ///< row = constraint, col = variable; duplicates add
-  std::vector<Triplet> hessian;               ///< (i,j) or (j,i), not both; duplicates add
+  std::vector<Triplet> hessian;               ///< (i,j) stands for (j,i), too; duplicates add
   std::vector<std::string> variable_names;    ///< n or empty; used in messages
   std::vector<std::string> constraint_names;  ///< m or empty; used in messages
   /// Indices that messages show, n and m entries, or empty: positions in these vectors. A problem

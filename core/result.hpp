@@ -101,8 +101,8 @@ struct CertificateReason {
     Differences,   ///< second derivatives from differences are too uncertain
     WrongHessian,  ///< second derivatives disagree with gradients, or these with values
     Effort,        ///< the test stopped early: minmax_certificate quick, or out of factorizations
-    /// The point passed the test, but the solve was no success: a worse y is known, or the search
-    /// was not finished.
+    /// The point passed the test, but the solve was no success: a y with a higher f or a violated
+    /// robust constraint is known, or the search was not finished.
     Search,
     Relaxed  ///< a remark: bound_relax_factor moved an active bound by much, relative to its size
   };
@@ -322,9 +322,9 @@ struct SearchOverX {
 /// Answer of a solve, in the units of the model. It makes four statements: why it stopped (status,
 /// message), what the point is locally (certificate), what was searched over all of y (over_y) and
 /// over x (over_x). kind is LocalMinmax only together with a success. There is no success if a
-/// search over y that was asked for found a better y or was not finished. Multipliers satisfy grad
-/// f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max variable's bounds
-/// are <= 0.
+/// search over y that was asked for was not finished, or found a y at which f is higher or a robust
+/// constraint violated. Multipliers satisfy grad f + J' lambda - z_lower + z_upper = 0 for every
+/// variable, so those of a Max variable's bounds are <= 0.
 ///
 /// Objective, constraints, error and certificate are those of v and of the multipliers, whatever
 /// the status. Exception: honor_original_bounds moves v (by bound_relax_factor) after the dual and
@@ -352,8 +352,9 @@ struct Result {
   KktError error = KktError::unknown();
   double mu = 0.0;  ///< last barrier parameter
   Index iterations = 0;
-  /// Of K and K_yy together, without those of restorations, which minmax_max_factorizations counts,
-  /// too: counts.factorizations_for(FactorizationCause::Restoration).
+  /// Number of factorizations of K and K_yy together, without those of restorations. Restorations
+  /// have their own number, counts.factorizations_for(FactorizationCause::Restoration);
+  /// minmax_max_factorizations limits the sum of both.
   Index factorizations = 0;
   double seconds = 0.0;  ///< wall time
   double cpu_seconds = 0.0;

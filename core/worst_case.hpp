@@ -43,9 +43,10 @@ struct WorstCaseCheck {
                                               const MultistartObserver& observer = {});
 
 /// Calls check_worst_case at result.v with minmax_worst_case_starts starts, and stores what it
-/// found in result.worst_case. solve and multistart do so themselves. The default, -1, stands for 8
-/// starts with minmax_epigraph or minmax_worst_case_proof, otherwise for none. Does nothing without
-/// starts, Max variables or a point, or if the factor of the objective is negative.
+/// found in result.worst_case. The default, -1, stands for 8 starts with minmax_epigraph or
+/// minmax_worst_case_proof, otherwise for none. solve and multistart do the same themselves, but
+/// with minmax_epigraph they search f as a robust constraint (-1: 3 to 100 starts). Does nothing
+/// without starts, Max variables or a point, or if the factor of the objective is negative.
 void add_worst_case(Problem& problem, const SolverOptions& options, Result& result,
                     const MultistartObserver& observer = {});
 

@@ -131,10 +131,9 @@ std::string options_text() {
 std::string options_markdown() {
   std::string text =
       "# Options\n\n"
-      "Names, values and defaults are Ipopt's if the meaning is Ipopt's. Options that Ipopt does\n"
-      "not have begin with `minmax_`. For K and K_yy see [`glossary.md`](glossary.md), for the "
-      "paper "
-      "[`algorithm.md`](algorithm.md).\n"
+      "Names, values and defaults are Ipopt's if the meaning is Ipopt's. Options that Ipopt does "
+      "not have\nbegin with `minmax_`. [`glossary.md`](glossary.md) explains K and K_yy, "
+      "[`algorithm.md`](algorithm.md) names the paper.\n"
       "`print_options_documentation yes` prints this list. Set options so:\n\n"
       "| from | how |\n|---|---|\n"
       "| C++ | `app->Options()->SetNumericValue(name, value)`, `SetIntegerValue`, "

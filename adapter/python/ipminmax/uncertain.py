@@ -628,7 +628,7 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str
         notes.append(f"each of {len(model.scenarios)} points is a scenario: every point counts")
     exact = sum(len(rows.entries) for rows in model.robust.values() if rows.exact)
     if exact:
-        notes.append(f"{exact} rows of formulas say what is largest over the set of functions linear in y")
+        notes.append(f"functions linear in y are replaced by their largest values over the set ({exact} rows)")
     if notes and len(statements) > 2:
         looked = searched and any(not rows.exact for rows in model.robust.values())
         statements[2] = "; ".join(notes + ([statements[2]] if looked else ["nothing is searched"]))
