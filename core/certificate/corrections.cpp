@@ -173,26 +173,6 @@ constexpr Correction kCorrections[] = {
 
 // --- The point that is returned ------------------------------------------------------------------
 
-/// An iterate on the way of the test's Newton steps, with multipliers of open bounds that are
-/// mu / s.
-Iterate solution_of(const CanonicalProblem& canonical, const TrialPoint& trial, Iterate end,
-                    double mu) {
-  // Weakly active ones of Max are in the equations, with multipliers of their own.
-  const auto in_equations = [&](Index i) {
-    return trial.set[i] == BoundClass::Active ||
-           (trial.set[i] == BoundClass::WeaklyActive && canonical.owned_by_max(i));
-  };
-  for_each_bound(canonical, end.v, [&](Index i, int side, double distance) {
-    const bool open = !in_equations(i) || trial.set.side_of(i) != side;
-    if (open && distance > 0.0) multiplier_of(end, i, side) = mu / distance;
-  });
-  for_each_slack(canonical, [&](Index j, Index slack) {
-    if (!in_equations(slack))
-      end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
-  });
-  return end;
-}
-
 /// After Newton steps on the way to the certified solution: whether the point that is returned is
 /// that one, or as near as makes no difference. The trial's moved point and mu may move there.
 bool reports_solution(TestContext& c, TrialPoint& trial) {
@@ -204,26 +184,12 @@ bool reports_solution(TestContext& c, TrialPoint& trial) {
   };
   const bool ends = near(here.v, last.v);
   if (ends && here.v == reported.iterate.v) return true;
-  const double allowed =
-      std::max(c.error(reported), std::min(c.options.tol, c.options.acceptable_tol));
-  double left = 0.0;
-  const auto moves_to = [&](const Iterate& reached, double mu) {
-    Point end = trial.point;
-    end.iterate = solution_of(c.canonical, trial, reached, mu);
-    if (!c.evaluate(end)) return false;
-    left = c.error(end);
-    if (!(left <= allowed)) return false;
-    trial.moved = std::move(end);
-    trial.mu = mu;
-    return true;
-  };
-  if (ends && moves_to(here, trial.mu)) return true;
+  const double allowed = c.allowed_error(reported);
+  if (ends && move_to(c, trial, here, trial.mu, allowed) <= allowed) return true;
   if (near(reported.iterate.v, last.v)) return true;
-  // The last step has not been taken yet; then multipliers mu / s may be what is left.
+  // The last step has not been taken yet.
   const Vector next = last.v + trial.newton.contraction * (last.v - here.v);
-  return near(last.v, next) &&
-         (moves_to(last, trial.mu) ||
-          (left > 0.0 && moves_to(last, kLittle * allowed / left * trial.mu)));
+  return near(last.v, next) && move_to_end(c, trial, last, allowed);
 }
 
 SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {

@@ -255,6 +255,49 @@ InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error, doub
   return test;
 }
 
+namespace {
+
+/// An iterate on the way of the test's Newton steps, with multipliers of open bounds that are
+/// mu / s.
+Iterate solution_of(const CanonicalProblem& canonical, const TrialPoint& trial, Iterate end,
+                    double mu) {
+  // Weakly active ones of Max are in the equations, with multipliers of their own.
+  const auto in_equations = [&](Index i) {
+    return trial.set[i] == BoundClass::Active ||
+           (trial.set[i] == BoundClass::WeaklyActive && canonical.owned_by_max(i));
+  };
+  for_each_bound(canonical, end.v, [&](Index i, int side, double distance) {
+    const bool open = !in_equations(i) || trial.set.side_of(i) != side;
+    if (open && distance > 0.0) multiplier_of(end, i, side) = mu / distance;
+  });
+  for_each_slack(canonical, [&](Index j, Index slack) {
+    if (!in_equations(slack))
+      end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
+  });
+  return end;
+}
+
+}  // namespace
+
+double move_to(TestContext& c, TrialPoint& trial, const Iterate& reached, double mu,
+               double allowed) {
+  Point end = trial.point;
+  end.iterate = solution_of(c.canonical, trial, reached, mu);
+  const double error = c.evaluate(end) ? c.error(end) : kInfinity;
+  if (!(error <= allowed)) return error;
+  trial.moved = std::move(end);
+  trial.mu = mu;
+  return error;
+}
+
+bool move_to_end(TestContext& c, TrialPoint& trial, const Iterate& end, double allowed) {
+  const double left = move_to(c, trial, end, trial.mu, allowed);
+  if (left <= allowed || !std::isfinite(left)) return left <= allowed;
+  // Multipliers mu / s may be what is left.
+  const double mu = kLittle * allowed / left * trial.mu;
+  return move_to(c, trial, end, mu, allowed) <= allowed;
+}
+
 bool gradients_hold(const TrialPoint& trial) {
   return trial.newton.inner_turn * trial.test.inner_response <= kTurn &&
          trial.newton.turn * trial.test.full_response <= kTurn;

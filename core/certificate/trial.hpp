@@ -45,6 +45,10 @@ struct TestContext {
   [[nodiscard]] double error(const Point& point) const {
     return barrier_error(canonical, point, 0.0, options.s_max).scaled;
   }
+  /// Of a point that is returned in place of this one.
+  [[nodiscard]] double allowed_error(const Point& reported) const {
+    return std::max(error(reported), std::min(options.tol, options.acceptable_tol));
+  }
   [[nodiscard]] Vector scaled_hessian_error(const VariableScaling& scaling) const {
     if (!hessian_error) return {};
     return hessian_error->cwiseProduct(scaling.variable.cwiseAbs2());
@@ -100,6 +104,13 @@ void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& syste
 [[nodiscard]] InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error,
                                             double margin, double proximal = 0.0,
                                             bool inner_alone = false);
+/// Moves the trial to an iterate that its Newton steps reached, where multipliers of open bounds are
+/// mu / s, if its error is allowed. Returns the error; infinity: the model is undefined there.
+[[nodiscard]] double move_to(TestContext& c, TrialPoint& trial, const Iterate& reached, double mu,
+                             double allowed);
+/// The same, if need be with a smaller mu. Whether the trial has moved.
+[[nodiscard]] bool move_to_end(TestContext& c, TrialPoint& trial, const Iterate& end,
+                               double allowed);
 /// Whether the matrices of the test stay nonsingular with the gradients at the end of the step.
 [[nodiscard]] bool gradients_hold(const TrialPoint& trial);
 /// Measures the inertias at the point without margin. All zero if no factorizations are left.
