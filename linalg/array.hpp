@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <numeric>
+#include <span>
 #include <vector>
 
 #include "linalg/numbers.hpp"
@@ -15,5 +18,35 @@ struct Array : std::vector<T> {
   [[nodiscard]] decltype(auto) operator[](Index i) { return (*this)[at(i)]; }
   [[nodiscard]] decltype(auto) operator[](Index i) const { return (*this)[at(i)]; }
 };
+
+/// Sorts, and leaves each value once.
+template <class Values>
+void sort_each_once(Values& values) {
+  std::ranges::sort(values);
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
+/// Compressed lists of indices: list k is items[starts[k]], ..., items[starts[k + 1] - 1].
+struct Lists {
+  Array<Index> starts;
+  Array<Index> items;
+
+  [[nodiscard]] std::span<const Index> operator[](Index k) const {
+    return std::span(items).subspan(at(starts[k]), at(starts[k + 1] - starts[k]));
+  }
+};
+
+/// Lists of each pair (k, item) that for_each_pair(visit) hands to visit(k, item), in two passes.
+template <class ForEachPair>
+[[nodiscard]] Lists collect(Index count, ForEachPair&& for_each_pair) {
+  Lists lists;
+  lists.starts.assign(at(count) + 1, 0);
+  for_each_pair([&](Index k, Index) { ++lists.starts[k + 1]; });
+  std::partial_sum(lists.starts.begin(), lists.starts.end(), lists.starts.begin());
+  lists.items.resize(at(lists.starts.back()));
+  Array<Index> next(lists.starts.begin(), lists.starts.end() - 1);
+  for_each_pair([&](Index k, Index item) { lists.items[next[k]++] = item; });
+  return lists;
+}
 
 }  // namespace ipminmax

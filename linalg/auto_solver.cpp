@@ -79,14 +79,11 @@ bool vanishes(const SymmetricMatrix& matrix, std::span<const double> u, std::spa
   matrix.multiply(u, product);
   const double left = norm(product);
   std::ranges::fill(product, 0.0);
-  for (Index j = 0; j < matrix.dimension(); ++j) {
-    for (Index p = matrix.column_starts()[at(j)]; p < matrix.column_starts()[at(j) + 1]; ++p) {
-      const Index i = matrix.rows()[at(p)];
-      const double size = std::abs(matrix.values()[at(p)]);
-      product[at(i)] += size * std::abs(u[at(j)]);
-      if (i != j) product[at(j)] += size * std::abs(u[at(i)]);
-    }
-  }
+  matrix.for_each_entry([&](Index i, Index j, Index p) {
+    const double size = std::abs(matrix.values()[at(p)]);
+    product[at(i)] += size * std::abs(u[at(j)]);
+    if (i != j) product[at(j)] += size * std::abs(u[at(i)]);
+  });
   return left <= kRounding * norm(product);
 }
 
@@ -194,7 +191,7 @@ bool AutoSolver::inertia_is_certain(SymmetricSolver& solver, const SymmetricMatr
   smaller_gamma = 0.0;
   constexpr double kMargin = 10.0;  // smallest eigenvalue over gamma
   for (auto* workspace : {&direction_, &image_, &product_}) {
-    workspace->resize(static_cast<std::size_t>(matrix.dimension()));
+    workspace->resize(at(matrix.dimension()));
   }
   std::vector<double>& w = direction_;
   std::vector<double>& u = image_;
@@ -446,7 +443,5 @@ void AutoSolver::reset_quality() {
   begin_at_ldlt();
   pivoting_->reset_quality();
 }
-
-std::string_view AutoSolver::name() const { return "auto"; }
 
 }  // namespace ipminmax

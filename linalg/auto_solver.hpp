@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "linalg/ldlt_solver.hpp"
@@ -46,7 +45,6 @@ class AutoSolver final : public SymmetricSolver {
   /// With pivots of two rows where the inertia is that of the signs, which is far from uncertain.
   [[nodiscard]] bool begin_pivoting() override;
   void reset_quality() override;
-  [[nodiscard]] std::string_view name() const override;
 
  private:
   void make_pivoting(Index dimension, std::vector<Index> metis_order = {});

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <new>
 #include <utility>
 
@@ -156,9 +155,9 @@ void LapackSolver::load_values(const SymmetricMatrix& matrix) {
 Factorization LapackSolver::count_pivots() {
   const std::size_t n = scale_.size();
   // Rounding errors of the factorization are a small multiple of n eps, entries being about 1.
-  const double zero_below = 8.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon();
+  const double zero_below = 8.0 * static_cast<double>(n) * kEpsilon;
   PivotCounter counter{.zero_below = zero_below};
-  counter.result.smallest_pivot = n > 0 ? std::numeric_limits<double>::infinity() : 0.0;
+  counter.result.smallest_pivot = n > 0 ? kInfinity : 0.0;
 
   // Interchanges move rows, so the scales of the pivot rows are found by following them.
   std::vector<double>& scale = row_norms_;

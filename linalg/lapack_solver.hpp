@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "linalg/symmetric_solver.hpp"
@@ -24,9 +23,6 @@ class LapackSolver final : public SymmetricSolver {
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override {
     return 2.0 * dimension_ * static_cast<double>(dimension_) * b.columns();
   }
-  [[nodiscard]] bool increase_quality() override { return false; }
-  void reset_quality() override {}
-  [[nodiscard]] std::string_view name() const override { return "lapack"; }
 
  private:
   [[nodiscard]] double operations() const;  // of a factorization

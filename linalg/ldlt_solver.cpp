@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <new>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -51,7 +50,7 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
     size_ = ordering.size;
     new_index_ = ordering.new_index;
     build_pattern(matrix, signs);
-    const LowerRows lower{lower_starts_, lower_columns_};
+    const LowerRows lower{lower_.starts, lower_.items};
     tree_ = elimination_tree(lower);
     pattern_ = {};  // before the new one
     pattern_ = factor_pattern(lower, tree_);
@@ -86,37 +85,27 @@ Analysis LdltSolver::analyze_as(const LdltSolver& other, const SymmetricMatrix& 
 
 void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   const Index n = matrix.dimension();
-  const auto starts = matrix.column_starts();
-  const auto rows = matrix.rows();
-  const auto for_each_entry = [&](auto&& visit) {  // visit(place, row, column), row > column
-    for (Index j = 0; j < n; ++j) {
-      for (Index p = starts[at(j)] + 1; p < starts[at(j) + 1]; ++p) {
-        const auto [column, row] = std::minmax(new_index_[rows[at(p)]], new_index_[j]);
-        visit(p, row, column);
-      }
-    }
+  // Of each row what take(column, place) says of its entries left of the diagonal.
+  const auto lists = [&](auto&& take) {
+    return collect(n, [&](auto&& add) {
+      matrix.for_each_below([&](Index i, Index j, Index p) {
+        const auto [column, row] = std::minmax(new_index_[i], new_index_[j]);
+        add(row, take(column, p));
+      });
+    });
   };
-  lower_starts_.assign(at(n) + 1, 0);
-  for_each_entry([&](Index, Index row, Index) { ++lower_starts_[row + 1]; });
-  std::partial_sum(lower_starts_.begin(), lower_starts_.end(), lower_starts_.begin());
-  Array<Index> next(lower_starts_.begin(), lower_starts_.end() - 1);
-  lower_columns_.resize(at(lower_starts_.back()));
-  lower_places_.resize(lower_columns_.size());
+  lower_ = lists([](Index column, Index) { return column; });
+  lower_places_ = lists([](Index, Index place) { return place; }).items;
   couplings_.clear();
-  for_each_entry([&](Index p, Index row, Index column) {
-    const std::size_t place = at(next[row]++);
-    lower_columns_[place] = column;
-    lower_places_[place] = p;
+  matrix.for_each_below([&](Index i, Index j, Index p) {
+    if (signs[at(i)] != signs[at(j)]) couplings_.push_back(p);
   });
   diagonal_places_.resize(at(n));
   gamma_weights_.resize(at(n));
   for (Index i = 0; i < n; ++i) {
-    const std::size_t k = at(new_index_[i]);
+    const Index k = new_index_[i];
     diagonal_places_[k] = matrix.diagonal_position(i);
     gamma_weights_[k] = gamma_weight(at(i), signs[at(i)]);
-    for (Index p = starts[at(i)] + 1; p < starts[at(i) + 1]; ++p) {
-      if (signs[at(rows[at(p)])] != signs[at(i)]) couplings_.push_back(p);
-    }
   }
 }
 
@@ -136,11 +125,10 @@ Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double g
   factorized_ = false;
   Factorization result{.trust = {.pivoted = false, .perturbation = gamma}};
   const auto values = matrix.values();
-  workers_.run(parts_.count(), [&](int p) {
-    broken_[static_cast<std::size_t>(p)] = eliminate(parts_.part(p), values, gamma) ? 0 : 1;
-  });
+  workers_.run(parts_.count(),
+               [&](int p) { broken_[p] = eliminate(parts_.part(p), values, gamma) ? 0 : 1; });
   if (std::ranges::count(broken_, 1) > 0 || !eliminate(parts_.rest(), values, gamma)) return result;
-  double smallest = std::numeric_limits<double>::infinity();
+  double smallest = kInfinity;
   for (const Column& column : columns_) {
     ++(column.pivot > 0.0 ? result.inertia.positive : result.inertia.negative);
     smallest = std::min(smallest, std::abs(column.pivot));
@@ -160,9 +148,9 @@ bool LdltSolver::eliminate(std::span<const Index> rows_of_part, std::span<const 
   const Index* const rows = pattern_.rows.data();
   for (const Index row : rows_of_part) {
     const std::size_t k = at(row);
-    const std::size_t lower_end = at(lower_starts_[k + 1]);
-    for (std::size_t p = at(lower_starts_[k]); p < lower_end; ++p) {
-      y[lower_columns_[p]] += values[at(lower_places_[p])];
+    const std::size_t lower_end = at(lower_.starts[k + 1]);
+    for (std::size_t p = at(lower_.starts[k]); p < lower_end; ++p) {
+      y[lower_.items[p]] += values[at(lower_places_[p])];
     }
     double pivot = values[at(diagonal_places_[k])] + gamma * gamma_weights_[k];
     const std::size_t row_end = at(pattern_.row_starts[k + 1]);
@@ -184,7 +172,7 @@ bool LdltSolver::eliminate(std::span<const Index> rows_of_part, std::span<const 
 
 void LdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
   if (!factorized_) {
-    std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
+    std::fill(rhs.begin(), rhs.end(), kNaN);
     return;
   }
   const std::size_t n = new_index_.size();
@@ -262,8 +250,7 @@ void LdltSolver::find_ranges(const SparseColumns& b, Array<ColumnRange>& ranges)
 /// B' A^-1 B = Z' D^-1 Z with Z = L^-1 P B, one row of Z after the other. The columns that reach a
 /// row lie in a range that only grows towards the root of the elimination tree.
 void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> product) {
-  std::fill(product.begin(), product.end(),
-            factorized_ ? 0.0 : std::numeric_limits<double>::quiet_NaN());
+  std::fill(product.begin(), product.end(), factorized_ ? 0.0 : kNaN);
   if (!factorized_) return;
   const auto columns = at(b.columns());
   const std::size_t n = new_index_.size();

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "linalg/array.hpp"
@@ -51,9 +50,6 @@ class LdltSolver final : public SymmetricSolver {
   /// gamma in the rows of the variables: too small a gamma costs their digits, too large a one
   /// accuracy.
   [[nodiscard]] double suitable_gamma(const SymmetricMatrix& matrix) const;
-  [[nodiscard]] bool increase_quality() override { return false; }
-  void reset_quality() override {}
-  [[nodiscard]] std::string_view name() const override { return "ldlt"; }
 
  private:
   static constexpr std::size_t kTogether = 4;  // right-hand sides of solve_together
@@ -75,8 +71,7 @@ class LdltSolver final : public SymmetricSolver {
   template <class Visit>
   void for_each_of_column(std::size_t j, Visit&& visit) const {
     for (Index p = columns_[j].begin; p < columns_[j].end; ++p) {
-      const auto entry = static_cast<std::size_t>(p);
-      visit(static_cast<std::size_t>(pattern_.rows[entry]), values_[entry]);
+      visit(at(pattern_.rows[p]), values_[p]);
     }
   }
   void find_ranges(const SparseColumns& b, Array<ColumnRange>& ranges) const;
@@ -86,7 +81,8 @@ class LdltSolver final : public SymmetricSolver {
   FactorSize size_;         // predicted
   Array<Index> new_index_;  // place of row i in the elimination order
   // P A P' by rows: entries left of the diagonal, their places in A, and those of the diagonals.
-  Array<Index> lower_starts_, lower_columns_, lower_places_, diagonal_places_;
+  Lists lower_;
+  Array<Index> lower_places_, diagonal_places_;
   Array<double> gamma_weights_;  // diagonal of Gamma over gamma, in elimination order
   Array<Index> couplings_;       // places in A that link rows of opposite signs
   Array<std::array<double, kTogether>> together_;

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <new>
 #include <utility>
 
+#include "linalg/numbers.hpp"
 #include "linalg/ordering.hpp"
 
 namespace ipminmax {
@@ -17,8 +16,8 @@ constexpr double kPivotTolerance = 1e-8, kPivotToleranceMax = 1e-4;
 
 }  // namespace
 
-LoadedSolver::LoadedSolver(const SymmetricSolverOptions& options)
-    : options_(options), pivot_tolerance_(kPivotTolerance) {}
+LoadedSolver::LoadedSolver(const SymmetricSolverOptions& options, LinearSolver kind)
+    : options_(options), kind_(kind), pivot_tolerance_(kPivotTolerance) {}
 
 Analysis LoadedSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t>) {
   load_library();
@@ -72,7 +71,7 @@ Factorization LoadedSolver::factorize(const SymmetricMatrix& matrix, Certainty) 
 
 void LoadedSolver::solve_in_place(std::span<double> rhs, Index columns) {
   if (!factorized_) {
-    std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
+    std::fill(rhs.begin(), rhs.end(), kNaN);
     return;
   }
   if (dimension_ > 0) solve_with_factors(rhs, columns);

@@ -1,11 +1,11 @@
-#include "linalg/ma97_solver.hpp"
-
+#include <memory>
 #include <new>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "linalg/blas_threads.hpp"
-#include "linalg/solver_library.hpp"
+#include "linalg/loaded_solver.hpp"
 
 namespace ipminmax {
 namespace {
@@ -40,30 +40,23 @@ constexpr int kEquilibration = 2;
 constexpr double kNullPivotOfMa97 = 1e-12;  ///< as the null pivots of MUMPS
 constexpr int kIndefinite = 4;              ///< real, symmetric
 
-}  // namespace
-
-struct Ma97Solver::Library {
-  template <class Function>
-  static Function* find(const char* name) {
-    return reinterpret_cast<Function*>(solver_function(LinearSolver::Ma97, {name}));
-  }
-  void (*defaults)(Ma97Control*) = find<void(Ma97Control*)>("ma97_default_control_d");
-  using Analyse = void(int check, int n, const int* starts, const int* rows, const double* values,
-                       void** analysis, const Ma97Control*, Ma97Info*, int* order);
-  Analyse* analyse = find<Analyse>("ma97_analyse_d");
-  using Factor = void(int type, const int* starts, const int* rows, const double* values,
-                      void** analysis, void** factors, const Ma97Control*, Ma97Info*,
-                      double* scale);
-  Factor* factor = find<Factor>("ma97_factor_d");
-  using Solve = void(int job, int columns, double* x, int leading, void** analysis, void** factors,
-                     const Ma97Control*, Ma97Info*);
-  Solve* solve = find<Solve>("ma97_solve_d");
-  void (*free)(void**, void**) = find<void(void**, void**)>("ma97_finalise_d");
+struct Ma97Library : SolverLibrary {
+  using SolverLibrary::SolverLibrary;
+  void (*defaults)(Ma97Control*) = find({"ma97_default_control_d"});
+  void (*analyse)(int check, int n, const int* starts, const int* rows, const double* values,
+                  void** analysis, const Ma97Control*, Ma97Info*,
+                  int* order) = find({"ma97_analyse_d"});
+  void (*factor)(int type, const int* starts, const int* rows, const double* values,
+                 void** analysis, void** factors, const Ma97Control*, Ma97Info*,
+                 double* scale) = find({"ma97_factor_d"});
+  void (*solve)(int job, int columns, double* x, int leading, void** analysis, void** factors,
+                const Ma97Control*, Ma97Info*) = find({"ma97_solve_d"});
+  void (*free)(void**, void**) = find({"ma97_finalise_d"});
 };
 
 /// What MA97 has allocated.
-struct Ma97Solver::Factors {
-  explicit Factors(std::shared_ptr<const Library> from) : library(std::move(from)) {
+struct Ma97Factors {
+  explicit Ma97Factors(std::shared_ptr<const Ma97Library> from) : library(std::move(from)) {
     library->defaults(&control);
     control.f_arrays = 0;
     control.action = 1;  // a singular matrix is factorized, too
@@ -72,9 +65,9 @@ struct Ma97Solver::Factors {
     control.scaling = kEquilibration;
     control.small = kNullPivotOfMa97;
   }
-  ~Factors() { library->free(&analysis, &factors); }
-  Factors(const Factors&) = delete;
-  Factors& operator=(const Factors&) = delete;
+  ~Ma97Factors() { library->free(&analysis, &factors); }
+  Ma97Factors(const Ma97Factors&) = delete;
+  Ma97Factors& operator=(const Ma97Factors&) = delete;
 
   /// False: it failed. Throws std::bad_alloc.
   [[nodiscard]] bool succeeded() const {
@@ -82,52 +75,52 @@ struct Ma97Solver::Factors {
     return info.flag >= 0;
   }
 
-  std::shared_ptr<const Library> library;
+  std::shared_ptr<const Ma97Library> library;
   Ma97Control control{};
   Ma97Info info{};
   void* analysis = nullptr;
   void* factors = nullptr;
 };
 
-Ma97Solver::Ma97Solver(const SymmetricSolverOptions& options) : LoadedSolver(options) {}
+class Ma97Solver final : public SolverFrom<Ma97Solver, Ma97Library> {
+ public:
+  using SolverFrom::SolverFrom;
 
-Ma97Solver::~Ma97Solver() = default;
+ private:
+  [[nodiscard]] bool analyze_in_order(const SymmetricMatrix& matrix) override {
+    factors_ = std::make_unique<Ma97Factors>(library_);
+    std::vector<int> places(order_.begin(), order_.end());  // MA97 writes what it makes of it
+    library_->analyse(0, dimension_, matrix.column_starts().data(), matrix.rows().data(), nullptr,
+                      &factors_->analysis, &factors_->control, &factors_->info, places.data());
+    analysis_.factor_entries = factors_->info.num_factor;
+    analysis_.flops = static_cast<double>(factors_->info.num_flops);
+    return factors_->succeeded();
+  }
 
-void Ma97Solver::load_library() {
-  if (!library_) library_ = std::make_shared<const Library>();
-}
+  [[nodiscard]] bool factorize_values(const SymmetricMatrix& matrix, Pivots& pivots) override {
+    Ma97Factors& f = *factors_;
+    f.control.u = pivot_tolerance_;
+    const SequentialBlas sequential(analysis_.flops);
+    library_->factor(kIndefinite, matrix.column_starts().data(), matrix.rows().data(),
+                     matrix.values().data(), &f.analysis, &f.factors, &f.control, &f.info, nullptr);
+    pivots = {.negative = f.info.num_neg, .rank = f.info.matrix_rank};
+    return f.succeeded();
+  }
 
-std::unique_ptr<LoadedSolver> Ma97Solver::another() const {
-  auto other = std::make_unique<Ma97Solver>(options());
-  other->library_ = library_;
-  return other;
-}
+  void solve_with_factors(std::span<double> rhs, Index columns) override {
+    constexpr int kWholeSystem = 0;
+    const SequentialBlas sequential(analysis_.flops);
+    library_->solve(kWholeSystem, columns, rhs.data(), dimension_, &factors_->analysis,
+                    &factors_->factors, &factors_->control, &factors_->info);
+  }
 
-bool Ma97Solver::analyze_in_order(const SymmetricMatrix& matrix) {
-  factors_ = std::make_unique<Factors>(library_);
-  std::vector<int> places(order().begin(), order().end());  // MA97 writes what it makes of it
-  library_->analyse(0, dimension(), matrix.column_starts().data(), matrix.rows().data(), nullptr,
-                    &factors_->analysis, &factors_->control, &factors_->info, places.data());
-  analysis().factor_entries = factors_->info.num_factor;
-  analysis().flops = static_cast<double>(factors_->info.num_flops);
-  return factors_->succeeded();
-}
+  std::unique_ptr<Ma97Factors> factors_;
+};
 
-bool Ma97Solver::factorize_values(const SymmetricMatrix& matrix, Pivots& pivots) {
-  Factors& f = *factors_;
-  f.control.u = pivot_tolerance();
-  const SequentialBlas sequential(analysis().flops);
-  library_->factor(kIndefinite, matrix.column_starts().data(), matrix.rows().data(),
-                   matrix.values().data(), &f.analysis, &f.factors, &f.control, &f.info, nullptr);
-  pivots = {.negative = f.info.num_neg, .rank = f.info.matrix_rank};
-  return f.succeeded();
-}
+}  // namespace
 
-void Ma97Solver::solve_with_factors(std::span<double> rhs, Index columns) {
-  constexpr int kWholeSystem = 0;
-  const SequentialBlas sequential(analysis().flops);
-  library_->solve(kWholeSystem, columns, rhs.data(), dimension(), &factors_->analysis,
-                  &factors_->factors, &factors_->control, &factors_->info);
+std::unique_ptr<SymmetricSolver> make_ma97(const SymmetricSolverOptions& options) {
+  return std::make_unique<Ma97Solver>(options, LinearSolver::Ma97);
 }
 
 }  // namespace ipminmax

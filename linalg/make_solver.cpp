@@ -5,11 +5,8 @@
 #include "linalg/auto_solver.hpp"
 #include "linalg/lapack_solver.hpp"
 #include "linalg/ldlt_solver.hpp"
-#include "linalg/ma57_solver.hpp"
-#include "linalg/ma97_solver.hpp"
+#include "linalg/loaded_solver.hpp"
 #include "linalg/mumps_solver.hpp"
-#include "linalg/pardiso_solver.hpp"
-#include "linalg/spral_solver.hpp"
 
 namespace ipminmax {
 
@@ -27,14 +24,14 @@ std::unique_ptr<SymmetricSolver> make_symmetric_solver(LinearSolver kind,
     case LinearSolver::Lapack:
       return std::make_unique<LapackSolver>();
     case LinearSolver::Ma57:
-      return std::make_unique<Ma57Solver>(options);
+      return make_ma57(options);
     case LinearSolver::Ma97:
-      return std::make_unique<Ma97Solver>(options);
+      return make_ma97(options);
     case LinearSolver::Spral:
-      return std::make_unique<SpralSolver>(options);
+      return make_spral(options);
     case LinearSolver::Pardiso:
     case LinearSolver::PardisoMkl:
-      return std::make_unique<PardisoSolver>(options, kind);
+      return make_pardiso(options, kind);
   }
   throw std::invalid_argument("make_symmetric_solver: unknown solver");
 }

@@ -101,7 +101,7 @@ bool blas_has_memory() {
   if (has_memory) return true;
   if (address_space_limit() < kInfinity) {
     const LibraryLock lock;
-    const std::size_t bytes = kBlasBuffer * static_cast<std::size_t>(std::max(blas_threads(), 1));
+    const std::size_t bytes = kBlasBuffer * at(std::max(blas_threads(), 1));
     void* reserved = mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
                           MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (reserved == MAP_FAILED) return false;

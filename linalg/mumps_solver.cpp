@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <new>
 #include <optional>
 #include <type_traits>
@@ -161,16 +160,11 @@ void MumpsSolver::make_instance() {
 }
 
 void MumpsSolver::take_pattern(const SymmetricMatrix& matrix) {
-  const auto starts = matrix.column_starts();
-  const auto rows = matrix.rows();
-  rows_.resize(rows.size());
-  columns_.resize(rows.size());
-  for (Index j = 0; j < dimension_; ++j) {
-    for (auto p = at(starts[at(j)]); p < at(starts[at(j) + 1]); ++p) {
-      rows_[p] = rows[p] + 1;
-      columns_[p] = j + 1;
-    }
-  }
+  for (auto* places : {&rows_, &columns_}) places->resize(at(matrix.nonzeros()));
+  matrix.for_each_entry([&](Index i, Index j, Index p) {
+    rows_[at(p)] = i + 1;
+    columns_[at(p)] = j + 1;
+  });
 }
 
 void MumpsSolver::load_pattern() {
@@ -478,7 +472,7 @@ void MumpsSolver::solve_in_place(std::span<double> rhs, Index columns) {
     instance_->data.lrhs = dimension_;
     if (instance_->run(kSolve) >= 0) return;
   }
-  std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
+  std::fill(rhs.begin(), rhs.end(), kNaN);
 }
 
 /// One multiply-add per entry of L, forward and backward.

@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -37,9 +36,6 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
   [[nodiscard]] bool increase_quality() override;
   void reset_quality() override { pivot_tolerance_ = options_.mumps_pivot_tolerance; }
-  [[nodiscard]] std::string_view name() const override {
-    return processes_ == Processes::This ? "mumps" : "mumps_mpi";
-  }
 
  private:
   struct Instance;  // hides the MUMPS structure

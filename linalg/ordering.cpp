@@ -21,42 +21,6 @@ namespace {
 
 static_assert(std::is_same_v<idx_t, Index>, "METIS must be built with 32-bit indices");
 
-/// Compressed lists of indices: list k is items[starts[k]], ..., items[starts[k + 1] - 1].
-struct Lists {
-  Array<Index> starts;
-  Array<Index> items;
-
-  [[nodiscard]] std::span<const Index> operator[](Index k) const {
-    const auto begin = at(starts[k]);
-    return {items.data() + begin, at(starts[at(k) + 1]) - begin};
-  }
-};
-
-/// Calls visit(i, j), i > j, for every off-diagonal entry of the lower triangle.
-template <class Visitor>
-void for_each_off_diagonal(const SymmetricMatrix& matrix, Visitor&& visit) {
-  const auto starts = matrix.column_starts();
-  const auto rows = matrix.rows();
-  for (Index j = 0; j < matrix.dimension(); ++j) {
-    for (Index p = starts[at(j)] + 1; p < starts[at(j) + 1]; ++p) {
-      visit(rows[at(p)], j);
-    }
-  }
-}
-
-/// Lists of each pair (k, item) that for_each_pair(visit) hands to visit(k, item), in two passes.
-template <class ForEachPair>
-Lists collect(Index count, ForEachPair&& for_each_pair) {
-  Lists lists;
-  lists.starts.assign(at(count) + 1, 0);
-  for_each_pair([&](Index k, Index) { ++lists.starts[at(k) + 1]; });
-  std::partial_sum(lists.starts.begin(), lists.starts.end(), lists.starts.begin());
-  lists.items.resize(at(lists.starts.back()));
-  Array<Index> next(lists.starts.begin(), lists.starts.end() - 1);
-  for_each_pair([&](Index k, Index item) { lists.items[next[k]++] = item; });
-  return lists;
-}
-
 /// Neighbours of every row in the graph of the matrix, itself among them on request.
 Lists adjacency(const SymmetricMatrix& matrix, bool with_diagonal) {
   const Index n = matrix.dimension();
@@ -65,9 +29,23 @@ Lists adjacency(const SymmetricMatrix& matrix, bool with_diagonal) {
   }
   return collect(n, [&](auto&& add) {
     for (Index j = 0; with_diagonal && j < n; ++j) add(j, j);
-    for_each_off_diagonal(matrix, [&](Index i, Index j) {
+    matrix.for_each_below([&](Index i, Index j, Index) {
       add(i, j);
       add(j, i);
+    });
+  });
+}
+
+/// Those of every row that are eliminated after it, or before it.
+Lists neighbours(const SymmetricMatrix& matrix, std::span<const Index> new_index, bool later) {
+  return collect(matrix.dimension(), [&](auto&& add) {
+    matrix.for_each_below([&](Index i, Index j, Index) {
+      const auto [early, late] = std::minmax(new_index[at(i)], new_index[at(j)]);
+      if (later) {
+        add(early, late);
+      } else {
+        add(late, early);
+      }
     });
   });
 }
@@ -189,30 +167,16 @@ Array<Index> fill_reducing_ordering(const SymmetricMatrix& matrix, Ordering orde
 }
 
 FactorSize predict_factor_size(const SymmetricMatrix& matrix, std::span<const Index> new_index) {
-  const Index n = matrix.dimension();
-  const auto collect_permuted = [&](bool later_neighbours) {
-    return collect(n, [&](auto&& add) {
-      for_each_off_diagonal(matrix, [&](Index i, Index j) {
-        const auto [early, late] = std::minmax(new_index[at(i)], new_index[at(j)]);
-        if (later_neighbours) {
-          add(early, late);
-        } else {
-          add(late, early);
-        }
-      });
-    });
-  };
-  const Array<Index> parent = parents(collect_permuted(false), n);
+  const Array<Index> parent =
+      parents(neighbours(matrix, new_index, /*later=*/false), matrix.dimension());
   FactorSize size;
-  for (const Index entries : column_counts(collect_permuted(true), parent)) {
+  for (const Index entries : column_counts(neighbours(matrix, new_index, /*later=*/true), parent)) {
     const double below = entries - 1;
     size.entries += entries;
     size.flops += below * (below + 2.0);  // one division, and below + 1 multiply-adds, per entry
   }
   return size;
 }
-
-double worthwhile_flops(const SymmetricMatrix& matrix) { return 200.0 * matrix.nonzeros(); }
 
 namespace {
 
@@ -226,12 +190,7 @@ OrderingChoice divided(const SymmetricMatrix& matrix, OrderingChoice choice) {
       !is_worth_threads(matrix.dimension(), entries - matrix.dimension(), choice.size.flops)) {
     return choice;
   }
-  const Lists rows = collect(matrix.dimension(), [&](auto&& add) {
-    for_each_off_diagonal(matrix, [&](Index i, Index j) {
-      const auto [early, late] = std::minmax(choice.new_index[i], choice.new_index[j]);
-      add(late, early);
-    });
-  });
+  const Lists rows = neighbours(matrix, choice.new_index, /*later=*/false);
   const Array<Index> place = order_for_two_parts({rows.starts, rows.items});
   if (place.empty()) return choice;
   for (Index& k : choice.new_index) k = place[k];
@@ -240,6 +199,8 @@ OrderingChoice divided(const SymmetricMatrix& matrix, OrderingChoice choice) {
 }
 
 }  // namespace
+
+double worthwhile_flops(const SymmetricMatrix& matrix) { return 200.0 * matrix.nonzeros(); }
 
 OrderingChoice choose_ordering(const SymmetricMatrix& matrix, Ordering ordering) {
   const auto measured = [&](Ordering candidate) {

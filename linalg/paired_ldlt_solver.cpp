@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <new>
 #include <numeric>
 #include <tuple>
@@ -22,17 +21,6 @@ constexpr double kStrong = 0.1;
 constexpr std::size_t kMostVisits = 1000;
 /// Rows that may be eliminated last, whatever they fill.
 constexpr std::ptrdiff_t kMostLast = 8;
-
-/// visit(row, column, value) for the entries below the diagonal.
-template <class Visit>
-void for_each_below(const SymmetricMatrix& matrix, Visit&& visit) {
-  const auto starts = matrix.column_starts();
-  for (Index j = 0; j < matrix.dimension(); ++j) {
-    for (Index p = starts[at(j)] + 1; p < starts[at(j) + 1]; ++p) {
-      visit(matrix.rows()[at(p)], j, matrix.values()[at(p)]);
-    }
-  }
-}
 
 /// Partners of rows; itself: none.
 class Pairing {
@@ -59,7 +47,7 @@ class Pairing {
   Array<double> largest_;  ///< entry of each row beside the diagonal
   Array<bool> weak_;       ///< its diagonal is no pivot of its own
   Array<Index> partner_;
-  Array<Index> starts_, neighbors_;  ///< strongly coupled rows of each row
+  Lists neighbors_;  ///< strongly coupled rows of each row
   Array<Index> seen_, from_, queue_;
 };
 
@@ -69,9 +57,10 @@ Pairing::Pairing(const SymmetricMatrix& matrix)
       weak_(largest_.size()),
       partner_(largest_.size()) {
   std::iota(partner_.begin(), partner_.end(), 0);
-  for_each_below(matrix, [&](Index i, Index j, double value) {
-    largest_[i] = std::max(largest_[i], std::abs(value));
-    largest_[j] = std::max(largest_[j], std::abs(value));
+  matrix.for_each_below([&](Index i, Index j, Index p) {
+    const double size = std::abs(matrix.values()[at(p)]);
+    largest_[i] = std::max(largest_[i], size);
+    largest_[j] = std::max(largest_[j], size);
   });
   for (Index i = 0; i < matrix.dimension(); ++i) {
     const double diagonal = matrix.values()[at(matrix.diagonal_position(i))];
@@ -88,10 +77,10 @@ void Pairing::make_greedily() {
     Index i, j;
   };
   Array<Candidate> candidates;
-  for_each_below(matrix_, [&](Index i, Index j, double value) {
+  matrix_.for_each_below([&](Index i, Index j, Index p) {
     const int weak = (weak_[i] ? 1 : 0) + (weak_[j] ? 1 : 0);
-    if (weak == 0 || value == 0.0) return;
-    const double size = std::abs(value);
+    const double size = std::abs(matrix_.values()[at(p)]);
+    if (weak == 0 || size == 0.0) return;
     candidates.push_back({weak * (size / largest_[i]) * (size / largest_[j]), i, j});
   });
   std::ranges::stable_sort(candidates, std::greater<>(), &Candidate::strength);
@@ -111,18 +100,13 @@ void Pairing::complete() {
     if (is_left(i)) left.push_back(i);
   }
   if (left.empty()) return;
-  const auto for_each_strong = [&](auto&& visit) {
-    for_each_below(matrix_, [&](Index i, Index j, double value) {
-      if (std::abs(value) >= kStrong * largest_[i]) visit(i, j);
-      if (std::abs(value) >= kStrong * largest_[j]) visit(j, i);
+  neighbors_ = collect(n, [&](auto&& add) {
+    matrix_.for_each_below([&](Index i, Index j, Index p) {
+      const double size = std::abs(matrix_.values()[at(p)]);
+      if (size >= kStrong * largest_[i]) add(i, j);
+      if (size >= kStrong * largest_[j]) add(j, i);
     });
-  };
-  starts_.assign(at(n) + 1, 0);
-  for_each_strong([&](Index i, Index) { ++starts_[i + 1]; });
-  std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
-  neighbors_.resize(at(starts_.back()));
-  Array<Index> next(starts_.begin(), starts_.end() - 1);
-  for_each_strong([&](Index i, Index j) { neighbors_[next[i]++] = j; });
+  });
   seen_.assign(at(n), -1);
   from_.assign(at(n), -1);
   for (const Index root : left) {
@@ -137,8 +121,7 @@ bool Pairing::extend_from(Index root) {
   seen_[root] = root;
   for (std::size_t k = 0; k < queue_.size() && k < kMostVisits; ++k) {
     const Index i = queue_[k];
-    for (Index p = starts_[i]; p < starts_[i + 1]; ++p) {
-      const Index j = neighbors_[p];
+    for (const Index j : neighbors_[i]) {
       const Index partner = partner_[j];
       if (seen_[j] == root || seen_[partner] == root) continue;
       seen_[j] = seen_[partner] = root;
@@ -253,7 +236,7 @@ void PairedLdltSolver::order(const SymmetricMatrix& matrix) {
     node[i] = partner < i ? node[partner] : nodes_++;
   }
   Array<Triplet> edges;
-  for_each_below(matrix, [&](Index i, Index j, double) {
+  matrix.for_each_below([&](Index i, Index j, Index) {
     if (node[i] != node[j]) edges.push_back({node[i], node[j]});
   });
   Array<Index> position = choose_ordering(SymmetricMatrix(nodes_, edges), ordering_).new_index;
@@ -273,12 +256,11 @@ void PairedLdltSolver::order(const SymmetricMatrix& matrix) {
 
 void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
   std::vector<std::pair<Index, Index>> places;  // (row, column) of the nodes of each entry
-  for_each_below(matrix, [&](Index i, Index j, double) {
+  matrix.for_each_below([&](Index i, Index j, Index) {
     const auto [first, last] = std::minmax({place_[i] / 2, place_[j] / 2});
     if (first != last) places.emplace_back(last, first);
   });
-  std::ranges::sort(places);
-  places.erase(std::unique(places.begin(), places.end()), places.end());
+  sort_each_once(places);
   row_starts_.assign(at(nodes_) + 1, 0);
   row_columns_.clear();
   for (const auto& [row, column] : places) {
@@ -299,12 +281,7 @@ void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
     return &row_blocks_[static_cast<Index>(found - row_columns_.begin())][inside];
   };
   entry_.clear();
-  const auto starts = matrix.column_starts();
-  for (Index j = 0; j < matrix.dimension(); ++j) {
-    for (Index p = starts[at(j)]; p < starts[at(j) + 1]; ++p) {
-      entry_.push_back(target(matrix.rows()[at(p)], j));
-    }
-  }
+  matrix.for_each_entry([&](Index i, Index j, Index) { entry_.push_back(target(i, j)); });
 }
 
 void PairedLdltSolver::load_values(const SymmetricMatrix& matrix) {
@@ -403,7 +380,7 @@ PairedLdltSolver::Pivots PairedLdltSolver::eliminate(std::span<const Index> node
 Factorization PairedLdltSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   factorized_ = false;
   if (!make_room()) return {.status = FactorizationStatus::OutOfMemory};
-  Factorization result{.smallest_pivot = std::numeric_limits<double>::infinity(),
+  Factorization result{.smallest_pivot = kInfinity,
                        .trust = {.pivoted = false, .perturbation = gamma_}};
   load_values(matrix);
   const auto add = [&](const Pivots& pivots) {
@@ -412,11 +389,9 @@ Factorization PairedLdltSolver::factorize(const SymmetricMatrix& matrix, Certain
     result.smallest_pivot = std::min(result.smallest_pivot, pivots.smallest);
     return pivots.ok;
   };
-  workers_.run(parts_.count(), [&](int part) {
-    pivots_[static_cast<std::size_t>(part)] = eliminate(parts_.part(part));
-  });
+  workers_.run(parts_.count(), [&](int part) { pivots_[part] = eliminate(parts_.part(part)); });
   bool ok = true;
-  for (int p = 0; p < parts_.count(); ++p) ok = add(pivots_[static_cast<std::size_t>(p)]) && ok;
+  for (int p = 0; p < parts_.count(); ++p) ok = add(pivots_[p]) && ok;
   if (!ok || !add(eliminate(parts_.rest()))) {
     return {.trust = {.pivoted = false, .perturbation = gamma_}};
   }
@@ -427,7 +402,7 @@ Factorization PairedLdltSolver::factorize(const SymmetricMatrix& matrix, Certain
 
 void PairedLdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
   if (!factorized_) {
-    std::ranges::fill(rhs, std::numeric_limits<double>::quiet_NaN());
+    std::ranges::fill(rhs, kNaN);
     return;
   }
   const std::size_t n = place_.size();

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "linalg/array.hpp"
@@ -41,9 +39,6 @@ class PairedLdltSolver final : public SymmetricSolver {
                                         Certainty certainty = Certainty::Certain) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
-  [[nodiscard]] bool increase_quality() override { return false; }
-  void reset_quality() override {}
-  [[nodiscard]] std::string_view name() const override { return "paired_ldlt"; }
 
  private:
   /// Rows (a, b) of a node and columns (c, d) of another: {ac, ad, bc, bd}. A node of one row has
@@ -56,7 +51,7 @@ class PairedLdltSolver final : public SymmetricSolver {
   /// Of some nodes.
   struct Pivots {
     Inertia inertia;
-    double smallest = std::numeric_limits<double>::infinity();
+    double smallest = kInfinity;
     bool ok = true;  ///< none is singular or not finite
   };
   [[nodiscard]] Pivots eliminate(std::span<const Index> nodes);

@@ -1,18 +1,18 @@
-#include "linalg/pardiso_solver.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <memory>
 #include <new>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "linalg/blas_threads.hpp"
 #include "linalg/library_lock.hpp"
+#include "linalg/loaded_solver.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/ordering.hpp"
-#include "linalg/solver_library.hpp"
 
 namespace ipminmax {
 namespace {
@@ -32,29 +32,23 @@ std::vector<int> from_one(const Range& from) {
   return result;
 }
 
-}  // namespace
-
-struct PardisoSolver::Library {
-  explicit Library(LinearSolver kind)
-      : call(reinterpret_cast<Call*>(solver_function(kind, {"pardiso", "pardiso_"}))) {
-    if (kind == LinearSolver::PardisoMkl) return;  // PT and IPARM are all that it keeps
-    initialize =
-        reinterpret_cast<Initialize*>(solver_function(kind, {"pardisoinit", "pardisoinit_"}));
-  }
+struct PardisoLibrary : SolverLibrary {
+  using SolverLibrary::SolverLibrary;
   /// DPARM is the Pardiso project's; MKL does not look at it.
-  using Call = void(void** pt, const int* maxfct, const int* mnum, const int* mtype,
-                    const int* phase, const int* n, const double* a, const int* ia, const int* ja,
-                    int* perm, const int* nrhs, int* iparm, const int* msglvl, double* b, double* x,
-                    int* error, double* dparm);
-  Call* call;
-  using Initialize = void(void** pt, const int* mtype, const int* solver, int* iparm, double* dparm,
-                          int* error);
-  Initialize* initialize = nullptr;
+  void (*call)(void** pt, const int* maxfct, const int* mnum, const int* mtype, const int* phase,
+               const int* n, const double* a, const int* ia, const int* ja, int* perm,
+               const int* nrhs, int* iparm, const int* msglvl, double* b, double* x, int* error,
+               double* dparm) = find({"pardiso", "pardiso_"});
+  /// Null: PT and IPARM are all that MKL keeps.
+  void (*initialize)(void** pt, const int* mtype, const int* solver, int* iparm, double* dparm,
+                     int* error) = kind == LinearSolver::PardisoMkl
+                                       ? LoadedFunction{nullptr}
+                                       : find({"pardisoinit", "pardisoinit_"});
 };
 
 /// What Pardiso has allocated, and its arguments.
-struct PardisoSolver::Factors {
-  Factors(std::shared_ptr<const Library> from, const SymmetricMatrix& matrix)
+struct PardisoFactors {
+  PardisoFactors(std::shared_ptr<const PardisoLibrary> from, const SymmetricMatrix& matrix)
       : library(std::move(from)),
         n(matrix.dimension()),
         // The lower triangle by columns is the upper one by rows.
@@ -69,8 +63,8 @@ struct PardisoSolver::Factors {
         throw SolverUnavailable("pardisoinit ends with error " + std::to_string(error) +
                                 ": no license");
       }
-      const char* threads = std::getenv("OMP_NUM_THREADS");
-      parameters[iparm(3)] = std::max(1, threads == nullptr ? 1 : std::atoi(threads));
+      const char* given = std::getenv("OMP_NUM_THREADS");
+      parameters[iparm(3)] = std::max(1, given == nullptr ? 1 : std::atoi(given));
     }
     parameters[iparm(1)] = 1;                                        // no defaults
     parameters[iparm(2)] = 2;                                        // METIS's nested dissection
@@ -80,11 +74,11 @@ struct PardisoSolver::Factors {
     parameters[iparm(13)] = library->initialize == nullptr ? 1 : 2;  // matching
     parameters[iparm(21)] = 1;                                       // pivots of one and two rows
   }
-  ~Factors() {
+  ~PardisoFactors() {
     if (is_analyzed) run(Phase::Release, nullptr, nullptr, 1);
   }
-  Factors(const Factors&) = delete;
-  Factors& operator=(const Factors&) = delete;
+  PardisoFactors(const PardisoFactors&) = delete;
+  PardisoFactors& operator=(const PardisoFactors&) = delete;
 
   /// The value of ERROR. Throws std::bad_alloc.
   int run(Phase phase, double* b, double* x, int right_hand_sides) {
@@ -103,7 +97,7 @@ struct PardisoSolver::Factors {
   }
   [[nodiscard]] int moved() const { return parameters[iparm(14)]; }
 
-  std::shared_ptr<const Library> library;
+  std::shared_ptr<const PardisoLibrary> library;
   int n;
   std::vector<int> starts, columns, permutation;
   std::vector<double> values, solution;
@@ -113,67 +107,64 @@ struct PardisoSolver::Factors {
   bool is_analyzed = false;
 };
 
-PardisoSolver::PardisoSolver(const SymmetricSolverOptions& options, LinearSolver kind)
-    : LoadedSolver(options), kind_(kind) {}
+class PardisoSolver final : public SolverFrom<PardisoSolver, PardisoLibrary> {
+ public:
+  using SolverFrom::SolverFrom;
+  [[nodiscard]] bool increase_quality() override { return false; }
 
-PardisoSolver::~PardisoSolver() = default;
-
-std::string_view PardisoSolver::name() const {
-  return kind_ == LinearSolver::PardisoMkl ? "pardisomkl" : "pardiso";
-}
-
-void PardisoSolver::load_library() {
-  if (!library_) library_ = std::make_shared<const Library>(kind_);
-}
-
-std::unique_ptr<LoadedSolver> PardisoSolver::another() const {
-  auto other = std::make_unique<PardisoSolver>(options(), kind_);
-  other->library_ = library_;
-  return other;
-}
-
-/// Pardiso's own analysis waits for values; its order costs about what ours would.
-bool PardisoSolver::analyze_in_order(const SymmetricMatrix& matrix) {
-  const LibraryLock lock;
-  factors_ = std::make_unique<Factors>(library_, matrix);
-  factors_->permutation.resize(at(dimension()));
-  const FactorSize size = predict_factor_size(matrix, order());
-  analysis().factor_entries = size.entries;
-  analysis().flops = size.flops;
-  return true;
-}
-
-bool PardisoSolver::factorize_values(const SymmetricMatrix& matrix, Pivots& pivots) {
-  Factors& f = *factors_;
-  f.values.assign(matrix.values().begin(), matrix.values().end());
-  const LibraryLock lock;
-  const SequentialBlas sequential(analysis().flops);
-  const bool is_fresh = !f.is_analyzed;
-  int error = is_fresh ? f.analyze() : 0;
-  if (error == 0) error = f.run(Phase::Factorize, nullptr, nullptr, 1);
-  if (!is_fresh && (error != 0 || f.moved() > 0)) {
-    error = f.analyze();
-    if (error == 0) error = f.run(Phase::Factorize, nullptr, nullptr, 1);
-  }
-  if (error == kZeroPivot || error == kSingularDiagonal) {
-    pivots = {.negative = 0, .rank = dimension() - 1};
+ private:
+  /// Pardiso's own analysis waits for values; its order costs about what ours would.
+  [[nodiscard]] bool analyze_in_order(const SymmetricMatrix& matrix) override {
+    const LibraryLock lock;
+    factors_ = std::make_unique<PardisoFactors>(library_, matrix);
+    factors_->permutation.resize(at(dimension_));
+    const FactorSize size = predict_factor_size(matrix, order_);
+    analysis_.factor_entries = size.entries;
+    analysis_.flops = size.flops;
     return true;
   }
-  const int rank = dimension() - f.moved();
-  pivots = {.negative = std::min(f.parameters[iparm(23)], rank), .rank = rank};
-  return error == 0;
-}
 
-void PardisoSolver::solve_with_factors(std::span<double> rhs, Index columns) {
-  Factors& f = *factors_;
-  if (f.solution.size() < rhs.size()) f.solution.resize(rhs.size());
-  const LibraryLock lock;
-  const SequentialBlas sequential(analysis().flops);
-  if (f.run(Phase::Solve, rhs.data(), f.solution.data(), columns) != 0) {
-    std::ranges::fill(rhs, kNaN);
-    return;
+  [[nodiscard]] bool factorize_values(const SymmetricMatrix& matrix, Pivots& pivots) override {
+    PardisoFactors& f = *factors_;
+    f.values.assign(matrix.values().begin(), matrix.values().end());
+    const LibraryLock lock;
+    const SequentialBlas sequential(analysis_.flops);
+    const bool is_fresh = !f.is_analyzed;
+    int error = is_fresh ? f.analyze() : 0;
+    if (error == 0) error = f.run(Phase::Factorize, nullptr, nullptr, 1);
+    if (!is_fresh && (error != 0 || f.moved() > 0)) {
+      error = f.analyze();
+      if (error == 0) error = f.run(Phase::Factorize, nullptr, nullptr, 1);
+    }
+    if (error == kZeroPivot || error == kSingularDiagonal) {
+      pivots = {.negative = 0, .rank = dimension_ - 1};
+      return true;
+    }
+    const int rank = dimension_ - f.moved();
+    pivots = {.negative = std::min(f.parameters[iparm(23)], rank), .rank = rank};
+    return error == 0;
   }
-  std::copy_n(f.solution.begin(), rhs.size(), rhs.begin());
+
+  void solve_with_factors(std::span<double> rhs, Index columns) override {
+    PardisoFactors& f = *factors_;
+    if (f.solution.size() < rhs.size()) f.solution.resize(rhs.size());
+    const LibraryLock lock;
+    const SequentialBlas sequential(analysis_.flops);
+    if (f.run(Phase::Solve, rhs.data(), f.solution.data(), columns) != 0) {
+      std::ranges::fill(rhs, kNaN);
+      return;
+    }
+    std::copy_n(f.solution.begin(), rhs.size(), rhs.begin());
+  }
+
+  std::unique_ptr<PardisoFactors> factors_;
+};
+
+}  // namespace
+
+std::unique_ptr<SymmetricSolver> make_pardiso(const SymmetricSolverOptions& options,
+                                              LinearSolver kind) {
+  return std::make_unique<PardisoSolver>(options, kind);
 }
 
 }  // namespace ipminmax

@@ -25,8 +25,6 @@ SymmetricMatrix full_pattern(Index dimension) {
 }  // namespace
 
 SchurComplement::SchurComplement(const SymmetricMatrix& matrix, std::span<const Index> inner_row) {
-  const auto starts = matrix.column_starts();
-  const auto rows = matrix.rows();
   std::vector<Index> outer_index(inner_row.size(), -1);
   for (Index i = 0; i < matrix.dimension(); ++i) {
     if (inner_row[at(i)] >= 0) {
@@ -40,41 +38,27 @@ SchurComplement::SchurComplement(const SymmetricMatrix& matrix, std::span<const 
   complement_ = full_pattern(outer);
   if (!dense_.analyze(complement_, {}).ok) throw std::bad_alloc();
 
-  // Two passes over the entries of B: counts, then places.
-  const auto for_each_coupling = [&](auto&& visit) {  // visit(outer column, inner row, position)
-    for (Index j = 0; j < matrix.dimension(); ++j) {
-      const Index column = outer_index[at(j)];
-      for (Index p = starts[at(j)]; p < starts[at(j) + 1]; ++p) {
-        const Index i = rows[at(p)];
-        const Index row = outer_index[at(i)];
-        if (column >= 0 && row < 0) visit(column, inner_row[at(i)], p);
-        if (column < 0 && row >= 0) visit(row, inner_row[at(j)], p);
-      }
-    }
+  // Of each column of B what take(row of C, position) says of its entries.
+  const auto columns = [&](auto&& take) {
+    return collect(outer, [&](auto&& add) {
+      matrix.for_each_below([&](Index i, Index j, Index p) {
+        const Index row = outer_index[at(i)], column = outer_index[at(j)];
+        if (column >= 0 && row < 0) add(column, take(inner_row[at(i)], p));
+        if (column < 0 && row >= 0) add(row, take(inner_row[at(j)], p));
+      });
+    });
   };
-  coupling_starts_.assign(at(outer) + 1, 0);
-  for_each_coupling([&](Index column, Index, Index) { ++coupling_starts_[at(column) + 1]; });
-  for (std::size_t k = 0; k < at(outer); ++k) coupling_starts_[k + 1] += coupling_starts_[k];
-  std::vector<Index> next(coupling_starts_.begin(), coupling_starts_.end() - 1);
-  coupling_rows_.resize(at(coupling_starts_.back()));
-  coupling_entries_.resize(coupling_rows_.size());
-  coupling_.resize(coupling_rows_.size());
-  for_each_coupling([&](Index column, Index row, Index p) {
-    const std::size_t place = at(next[at(column)]++);
-    coupling_rows_[place] = row;
-    coupling_entries_[place] = p;
-  });
+  coupling_rows_ = columns([](Index row, Index) { return row; });
+  coupling_entries_ = columns([](Index, Index position) { return position; }).items;
+  coupling_.resize(coupling_entries_.size());
 
-  for (Index j = 0; j < matrix.dimension(); ++j) {
-    const Index column = outer_index[at(j)];
-    for (Index p = starts[at(j)]; p < starts[at(j) + 1]; ++p) {
-      const Index row = outer_index[at(rows[at(p)])];
-      if (column < 0 && row < 0) inner_entries_.push_back(p);
-      if (column < 0 || row < 0) continue;
-      outer_entries_.push_back(p);
-      outer_targets_.push_back(complement_.diagonal_position(column) + row - column);
-    }
-  }
+  matrix.for_each_entry([&](Index i, Index j, Index p) {
+    const Index row = outer_index[at(i)], column = outer_index[at(j)];
+    if (column < 0 && row < 0) inner_entries_.push_back(p);
+    if (column < 0 || row < 0) return;
+    outer_entries_.push_back(p);
+    outer_targets_.push_back(complement_.diagonal_position(column) + row - column);
+  });
   product_.resize(at(outer) * at(outer));
   outer_rhs_.resize(outer_.size());
   inner_rhs_.resize(inner_.size());
@@ -126,16 +110,16 @@ void SchurComplement::solve_in_place(SymmetricSolver& inner, std::span<double> r
   inner.solve_in_place(inner_rhs_);
   for (std::size_t j = 0; j < outer_.size(); ++j) {
     double sum = rhs[at(outer_[j])];
-    for (auto p = at(coupling_starts_[j]); p < at(coupling_starts_[j + 1]); ++p) {
-      sum -= coupling_[p] * inner_rhs_[at(coupling_rows_[p])];
+    for (auto p = at(coupling_rows_.starts[j]); p < at(coupling_rows_.starts[j + 1]); ++p) {
+      sum -= coupling_[p] * inner_rhs_[at(coupling_rows_.items[p])];
     }
     outer_rhs_[j] = sum;
   }
   dense_.solve_in_place(outer_rhs_);
   for (std::size_t k = 0; k < inner_.size(); ++k) inner_rhs_[k] = rhs[at(inner_[k])];
   for (std::size_t j = 0; j < outer_.size(); ++j) {
-    for (auto p = at(coupling_starts_[j]); p < at(coupling_starts_[j + 1]); ++p) {
-      inner_rhs_[at(coupling_rows_[p])] -= coupling_[p] * outer_rhs_[j];
+    for (auto p = at(coupling_rows_.starts[j]); p < at(coupling_rows_.starts[j + 1]); ++p) {
+      inner_rhs_[at(coupling_rows_.items[p])] -= coupling_[p] * outer_rhs_[j];
     }
     rhs[at(outer_[j])] = outer_rhs_[j];
   }

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "linalg/array.hpp"
 #include "linalg/lapack_solver.hpp"
 #include "linalg/symmetric_matrix.hpp"
 #include "linalg/symmetric_solver.hpp"
@@ -19,7 +20,6 @@ namespace ipminmax {
 /// factorized anew without a solve. No iterative refinement.
 class SchurComplement {
  public:
-  SchurComplement() = default;
   /// inner_row: for every row of K its row of C, or -1; ascending where it is not -1. Only the
   /// pattern is read.
   SchurComplement(const SymmetricMatrix& matrix, std::span<const Index> inner_row);
@@ -47,14 +47,15 @@ class SchurComplement {
 
  private:
   [[nodiscard]] SparseColumns coupling() const {
-    return {inner_dimension(), coupling_starts_, coupling_rows_, coupling_};
+    return {inner_dimension(), coupling_rows_.starts, coupling_rows_.items, coupling_};
   }
 
   std::vector<Index> outer_, inner_;                  // rows of K
   std::vector<Index> outer_entries_, outer_targets_;  // positions of A in K and in complement_
   std::vector<Index> inner_entries_;                  // positions of C in K
   // B by columns: rows of C, positions in K, values
-  std::vector<Index> coupling_starts_, coupling_rows_, coupling_entries_;
+  Lists coupling_rows_;
+  std::vector<Index> coupling_entries_;
   std::vector<double> coupling_;
   std::vector<double> product_;  // B' C^-1 B by columns, lower triangle
   SymmetricMatrix complement_;   // S, all entries

@@ -13,7 +13,8 @@ namespace {
 
 struct Library {
   std::string file;
-  void* handle = nullptr;  // never closed: it may have threads
+  std::vector<const char*> shown_by;  ///< a function that shows that it can be used, by its names
+  void* handle = nullptr;             ///< never closed: it may have threads
 };
 
 std::mutex& libraries_mutex() {
@@ -21,24 +22,24 @@ std::mutex& libraries_mutex() {
   return mutex;
 }
 
-/// By kind; under the mutex.
-Library& library_of(LinearSolver kind) {
-  static std::map<LinearSolver, Library> libraries{{LinearSolver::Ma57, {"libhsl.so"}},
-                                                   {LinearSolver::Ma97, {"libhsl.so"}},
-                                                   {LinearSolver::Spral, {"libspral.so"}},
-                                                   {LinearSolver::Pardiso, {"libpardiso.so"}},
-                                                   {LinearSolver::PardisoMkl, {"libmkl_rt.so"}}};
-  const auto found = libraries.find(kind);
-  if (found == libraries.end()) throw SolverUnavailable("this solver has no library of its own");
-  return found->second;
+std::map<LinearSolver, Library>& libraries() {
+  using enum LinearSolver;
+  static std::map<LinearSolver, Library> by_kind{
+      {Ma57, {"libhsl.so", {"ma57bd_", "ma57bd", "MA57BD"}}},
+      {Ma97, {"libhsl.so", {"ma97_factor_d"}}},
+      {Spral, {"libspral.so", {"spral_ssids_factor_ptr32"}}},
+      {Pardiso, {"libpardiso.so", {"pardiso", "pardiso_"}}},
+      {PardisoMkl, {"libmkl_rt.so", {"pardiso", "pardiso_"}}}};
+  return by_kind;
 }
 
-/// Null: not found.
-void* find_function(const Library& library, std::initializer_list<const char*> names) {
-  for (const char* name : names) {
-    if (void* function = dlsym(library.handle, name); function != nullptr) return function;
+/// Under the mutex.
+Library& library_of(LinearSolver kind) {
+  const auto found = libraries().find(kind);
+  if (found == libraries().end()) {
+    throw SolverUnavailable("this solver has no library of its own");
   }
-  return nullptr;
+  return found->second;
 }
 
 }  // namespace
@@ -46,10 +47,12 @@ void* find_function(const Library& library, std::initializer_list<const char*> n
 void use_solver_library(LinearSolver kind, const std::string& file) {
   const std::lock_guard lock(libraries_mutex());
   Library& library = library_of(kind);
-  if (library.file != file) library = {file};
+  if (library.file == file) return;
+  library.file = file;
+  library.handle = nullptr;
 }
 
-void* solver_function(LinearSolver kind, std::initializer_list<const char*> names) {
+LoadedFunction SolverLibrary::find(const std::vector<const char*>& names) const {
   const std::lock_guard lock(libraries_mutex());
   Library& library = library_of(kind);
   if (library.handle == nullptr) {
@@ -60,24 +63,17 @@ void* solver_function(LinearSolver kind, std::initializer_list<const char*> name
     library.handle = dlopen(library.file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (library.handle == nullptr) throw SolverUnavailable(dlerror());
   }
-  void* function = find_function(library, names);
-  if (function == nullptr) {
-    throw SolverUnavailable(library.file + " has no function " + *names.begin());
+  for (const char* name : names) {
+    if (void* function = dlsym(library.handle, name); function != nullptr) return {function};
   }
-  return function;
+  throw SolverUnavailable(library.file + " has no function " + names.front());
 }
 
 std::string missing_solver_library(LinearSolver kind) {
+  const auto library = libraries().find(kind);
+  if (library == libraries().end()) return {};
   try {
-    if (kind == LinearSolver::Ma57) {
-      static_cast<void>(solver_function(kind, {"ma57bd_", "ma57bd", "MA57BD"}));
-    } else if (kind == LinearSolver::Ma97) {
-      static_cast<void>(solver_function(kind, {"ma97_factor_d"}));
-    } else if (kind == LinearSolver::Spral) {
-      static_cast<void>(solver_function(kind, {"spral_ssids_factor_ptr32"}));
-    } else if (kind == LinearSolver::Pardiso || kind == LinearSolver::PardisoMkl) {
-      static_cast<void>(solver_function(kind, {"pardiso", "pardiso_"}));
-    }
+    static_cast<void>(SolverLibrary(kind).find(library->second.shown_by));
   } catch (const SolverUnavailable& error) {
     return error.what();
   }

@@ -1,12 +1,12 @@
-#include "linalg/spral_solver.hpp"
-
 #include <cstdint>
+#include <memory>
 #include <new>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "linalg/blas_threads.hpp"
-#include "linalg/solver_library.hpp"
+#include "linalg/loaded_solver.hpp"
 
 namespace ipminmax {
 namespace {
@@ -40,29 +40,23 @@ constexpr int kGivenOrder = 0;
 constexpr int kNormEquilibration = 4;
 constexpr double kSmallPivot = 1e-12;  ///< as the null pivots of MUMPS
 
-}  // namespace
-
-struct SpralSolver::Library {
-  template <class Function>
-  static Function* find(const char* name) {
-    return reinterpret_cast<Function*>(solver_function(LinearSolver::Spral, {name}));
-  }
-  void (*default_options)(Options*) = find<void(Options*)>("spral_ssids_default_options");
-  using Analyse = void(bool check, int n, int* order, const int* starts, const int* rows,
-                       const double* values, void** analysis, const Options*, Inform*);
-  Analyse* analyse = find<Analyse>("spral_ssids_analyse_ptr32");
-  using Factor = void(bool definite, const int* starts, const int* rows, const double* values,
-                      double* scale, void* analysis, void** factors, const Options*, Inform*);
-  Factor* factor = find<Factor>("spral_ssids_factor_ptr32");
-  using Solve = void(int job, int columns, double* x, int leading, void* analysis, void* factors,
-                     const Options*, Inform*);
-  Solve* solve = find<Solve>("spral_ssids_solve");
-  int (*free)(void**, void**) = find<int(void**, void**)>("spral_ssids_free");
+struct SpralLibrary : SolverLibrary {
+  using SolverLibrary::SolverLibrary;
+  void (*default_options)(Options*) = find({"spral_ssids_default_options"});
+  void (*analyse)(bool check, int n, int* order, const int* starts, const int* rows,
+                  const double* values, void** analysis, const Options*,
+                  Inform*) = find({"spral_ssids_analyse_ptr32"});
+  void (*factor)(bool definite, const int* starts, const int* rows, const double* values,
+                 double* scale, void* analysis, void** factors, const Options*,
+                 Inform*) = find({"spral_ssids_factor_ptr32"});
+  void (*solve)(int job, int columns, double* x, int leading, void* analysis, void* factors,
+                const Options*, Inform*) = find({"spral_ssids_solve"});
+  int (*free)(void**, void**) = find({"spral_ssids_free"});
 };
 
 /// What SPRAL has allocated.
-struct SpralSolver::Factors {
-  explicit Factors(std::shared_ptr<const Library> from) : library(std::move(from)) {
+struct SpralFactors {
+  explicit SpralFactors(std::shared_ptr<const SpralLibrary> from) : library(std::move(from)) {
     library->default_options(&options);
     options.array_base = 0;
     options.print_level = -1;
@@ -72,9 +66,9 @@ struct SpralSolver::Factors {
     options.action = true;  // a singular matrix is factorized, too
     options.small = kSmallPivot;
   }
-  ~Factors() { library->free(&analysis, &factors); }
-  Factors(const Factors&) = delete;
-  Factors& operator=(const Factors&) = delete;
+  ~SpralFactors() { library->free(&analysis, &factors); }
+  SpralFactors(const SpralFactors&) = delete;
+  SpralFactors& operator=(const SpralFactors&) = delete;
 
   /// False: it failed. Throws std::bad_alloc, SolverUnavailable.
   [[nodiscard]] bool succeeded() const {
@@ -86,53 +80,54 @@ struct SpralSolver::Factors {
     return inform.flag >= 0;
   }
 
-  std::shared_ptr<const Library> library;
+  std::shared_ptr<const SpralLibrary> library;
   Options options{};
   Inform inform{};
   void* analysis = nullptr;
   void* factors = nullptr;
 };
 
-SpralSolver::SpralSolver(const SymmetricSolverOptions& options) : LoadedSolver(options) {}
+class SpralSolver final : public SolverFrom<SpralSolver, SpralLibrary> {
+ public:
+  using SolverFrom::SolverFrom;
 
-SpralSolver::~SpralSolver() = default;
+ private:
+  [[nodiscard]] bool analyze_in_order(const SymmetricMatrix& matrix) override {
+    factors_ = std::make_unique<SpralFactors>(library_);
+    std::vector<int> places(order_.begin(), order_.end());  // SPRAL writes what it makes of it
+    library_->analyse(false, dimension_, places.data(), matrix.column_starts().data(),
+                      matrix.rows().data(), nullptr, &factors_->analysis, &factors_->options,
+                      &factors_->inform);
+    analysis_.factor_entries = factors_->inform.num_factor;
+    analysis_.flops = static_cast<double>(factors_->inform.num_flops);
+    return factors_->succeeded();
+  }
 
-void SpralSolver::load_library() {
-  if (!library_) library_ = std::make_shared<const Library>();
-}
+  [[nodiscard]] bool factorize_values(const SymmetricMatrix& matrix, Pivots& pivots) override {
+    SpralFactors& f = *factors_;
+    f.options.u = pivot_tolerance_;
+    const SequentialBlas sequential(analysis_.flops);
+    library_->factor(false, matrix.column_starts().data(), matrix.rows().data(),
+                     matrix.values().data(), nullptr, f.analysis, &f.factors, &f.options,
+                     &f.inform);
+    pivots = {.negative = f.inform.num_neg, .rank = f.inform.matrix_rank};
+    return f.succeeded();
+  }
 
-std::unique_ptr<LoadedSolver> SpralSolver::another() const {
-  auto other = std::make_unique<SpralSolver>(options());
-  other->library_ = library_;
-  return other;
-}
+  void solve_with_factors(std::span<double> rhs, Index columns) override {
+    constexpr int kWholeSolve = 0;
+    const SequentialBlas sequential(analysis_.flops);
+    library_->solve(kWholeSolve, columns, rhs.data(), dimension_, factors_->analysis,
+                    factors_->factors, &factors_->options, &factors_->inform);
+  }
 
-bool SpralSolver::analyze_in_order(const SymmetricMatrix& matrix) {
-  factors_ = std::make_unique<Factors>(library_);
-  std::vector<int> places(order().begin(), order().end());  // SPRAL writes what it makes of it
-  library_->analyse(false, dimension(), places.data(), matrix.column_starts().data(),
-                    matrix.rows().data(), nullptr, &factors_->analysis, &factors_->options,
-                    &factors_->inform);
-  analysis().factor_entries = factors_->inform.num_factor;
-  analysis().flops = static_cast<double>(factors_->inform.num_flops);
-  return factors_->succeeded();
-}
+  std::unique_ptr<SpralFactors> factors_;
+};
 
-bool SpralSolver::factorize_values(const SymmetricMatrix& matrix, Pivots& pivots) {
-  Factors& f = *factors_;
-  f.options.u = pivot_tolerance();
-  const SequentialBlas sequential(analysis().flops);
-  library_->factor(false, matrix.column_starts().data(), matrix.rows().data(),
-                   matrix.values().data(), nullptr, f.analysis, &f.factors, &f.options, &f.inform);
-  pivots = {.negative = f.inform.num_neg, .rank = f.inform.matrix_rank};
-  return f.succeeded();
-}
+}  // namespace
 
-void SpralSolver::solve_with_factors(std::span<double> rhs, Index columns) {
-  constexpr int kWholeSolve = 0;
-  const SequentialBlas sequential(analysis().flops);
-  library_->solve(kWholeSolve, columns, rhs.data(), dimension(), factors_->analysis,
-                  factors_->factors, &factors_->options, &factors_->inform);
+std::unique_ptr<SymmetricSolver> make_spral(const SymmetricSolverOptions& options) {
+  return std::make_unique<SpralSolver>(options, LinearSolver::Spral);
 }
 
 }  // namespace ipminmax

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "linalg/numbers.hpp"
+#include "linalg/array.hpp"
 #include "linalg/symmetric_matrix.hpp"
 
 namespace ipminmax {
@@ -28,11 +28,6 @@ void check_entries(Index dimension, std::span<const Triplet> entries) {
   }
 }
 
-/// Counts in starts[k + 1] to starts of buckets.
-void accumulate_counts(std::vector<Index>& starts) {
-  for (std::size_t k = 1; k < starts.size(); ++k) starts[k] += starts[k - 1];
-}
-
 }  // namespace
 
 SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entries)
@@ -53,28 +48,20 @@ SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entri
   };
 
   // Two bucket sorts, by row and then (stably) by column, leave every column's rows ascending.
-  std::vector<Index> next(n + 1, 0);
-  for (std::size_t k = 0; k < items; ++k) ++next[at(lower_row(k)) + 1];
-  accumulate_counts(next);
-  std::vector<Index> by_row(items);
-  for (std::size_t k = 0; k < items; ++k) {
-    by_row[at(next[at(lower_row(k))]++)] = static_cast<Index>(k);
-  }
-
-  std::vector<Index> starts(n + 1, 0);
-  for (std::size_t k = 0; k < items; ++k) ++starts[at(lower_col(k)) + 1];
-  accumulate_counts(starts);
-  next = starts;
-  std::vector<Index> sorted(items);
-  for (const Index k : by_row) sorted[at(next[at(lower_col(at(k)))]++)] = k;
+  const Lists by_row = collect(dimension, [&](auto&& add) {
+    for (std::size_t k = 0; k < items; ++k) add(lower_row(k), static_cast<Index>(k));
+  });
+  const Lists sorted = collect(dimension, [&](auto&& add) {
+    for (const Index k : by_row.items) add(lower_col(at(k)), k);
+  });
 
   column_starts_.assign(n + 1, 0);
   rows_.reserve(items);
   triplet_positions_.resize(triplets);
   for (std::size_t j = 0; j < n; ++j) {
     Index last_row = -1;
-    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
-      const std::size_t k = at(sorted[at(p)]);
+    for (const Index item : sorted[static_cast<Index>(j)]) {
+      const std::size_t k = at(item);
       const Index row = lower_row(k);
       if (row != last_row) rows_.push_back(row);
       last_row = row;

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "linalg/numbers.hpp"
 #include "linalg/triplet.hpp"
 
 namespace ipminmax {
@@ -38,8 +39,23 @@ class SymmetricMatrix {
   }
 
   /// Position in values() of the diagonal entry (i, i).
-  [[nodiscard]] Index diagonal_position(Index i) const {
-    return column_starts_[static_cast<std::size_t>(i)];
+  [[nodiscard]] Index diagonal_position(Index i) const { return column_starts_[at(i)]; }
+
+  /// visit(row, column, position in values()) for every entry, column by column.
+  template <class Visit>
+  void for_each_entry(Visit&& visit) const {
+    for (Index j = 0; j < dimension_; ++j) {
+      for (Index p = column_starts_[at(j)]; p < column_starts_[at(j) + 1]; ++p) {
+        visit(rows_[at(p)], j, p);
+      }
+    }
+  }
+  /// The same for the entries below the diagonal.
+  template <class Visit>
+  void for_each_below(Visit&& visit) const {
+    for_each_entry([&](Index i, Index j, Index p) {
+      if (i != j) visit(i, j, p);
+    });
   }
 
   void set_zero();

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "linalg/numbers.hpp"
 #include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
@@ -12,8 +13,8 @@ constexpr Index kBlockColumns = 32;
 }  // namespace
 
 void SymmetricSolver::inverse_product(const SparseColumns& b, std::span<double> product) {
-  const auto columns = static_cast<std::size_t>(b.columns());
-  const auto n = static_cast<std::size_t>(b.dimension);
+  const auto columns = at(b.columns());
+  const auto n = at(b.dimension);
   const auto at_once = std::min<std::size_t>(columns, kBlockColumns);
   if (block_.size() != n * at_once) block_.resize(n * at_once);
   for (std::size_t first = 0; first < columns; first += at_once) {
@@ -22,8 +23,7 @@ void SymmetricSolver::inverse_product(const SparseColumns& b, std::span<double> 
     std::fill(block.begin(), block.end(), 0.0);
     for (std::size_t k = 0; k < count; ++k) {
       for (Index p = b.starts[first + k]; p < b.starts[first + k + 1]; ++p) {
-        const auto entry = static_cast<std::size_t>(p);
-        block[k * n + static_cast<std::size_t>(b.rows[entry])] += b.values[entry];
+        block[k * n + at(b.rows[at(p)])] += b.values[at(p)];
       }
     }
     solve_in_place(block, static_cast<Index>(count));
@@ -31,8 +31,7 @@ void SymmetricSolver::inverse_product(const SparseColumns& b, std::span<double> 
       for (std::size_t i = first + k; i < columns; ++i) {
         double sum = 0.0;
         for (Index p = b.starts[i]; p < b.starts[i + 1]; ++p) {
-          const auto entry = static_cast<std::size_t>(p);
-          sum += b.values[entry] * block[k * n + static_cast<std::size_t>(b.rows[entry])];
+          sum += b.values[at(p)] * block[k * n + at(b.rows[at(p)])];
         }
         product[i + (first + k) * columns] = sum;
       }

@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "linalg/solver_options.hpp"
@@ -107,14 +106,12 @@ class SymmetricSolver {
 
   /// True when the next factorize will be more accurate than the last one (larger pivot threshold,
   /// pivoting instead of none); false when nothing better is left.
-  [[nodiscard]] virtual bool increase_quality() = 0;
+  [[nodiscard]] virtual bool increase_quality() { return false; }
   /// Only pivoting factorizations from now on, where the solver has the choice. True: the next
   /// factorize may differ from the last one.
   [[nodiscard]] virtual bool begin_pivoting() { return false; }
   /// Undoes all calls of increase_quality and begin_pivoting; the analysis stays.
-  virtual void reset_quality() = 0;
-
-  [[nodiscard]] virtual std::string_view name() const = 0;
+  virtual void reset_quality() {}
 
  private:
   std::vector<double> block_;  // workspace of inverse_product

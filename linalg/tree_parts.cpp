@@ -134,24 +134,16 @@ Array<Index> Cutter::parts() const {
 }
 
 /// The rows of P A P'.
-struct PermutedRows {
-  PermutedRows(const LowerRows& a, std::span<const Index> place) : starts(a.starts.size(), 0) {
-    const auto for_each = [&](auto&& visit) {
-      for (Index k = 0; k < a.dimension(); ++k) {
-        for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
-          const auto [column, row] = std::minmax(place[at(k)], place[at(a.columns[at(p)])]);
-          visit(row, column);
-        }
+Lists permuted_rows(const LowerRows& a, const Array<Index>& place) {
+  return collect(a.dimension(), [&](auto&& add) {
+    for (Index k = 0; k < a.dimension(); ++k) {
+      for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
+        const auto [column, row] = std::minmax(place[k], place[a.columns[at(p)]]);
+        add(row, column);
       }
-    };
-    for_each([&](Index row, Index) { ++starts[at(row) + 1]; });
-    std::partial_sum(starts.begin(), starts.end(), starts.begin());
-    Array<Index> next(starts.begin(), starts.end() - 1);
-    columns.resize(a.columns.size());
-    for_each([&](Index row, Index column) { columns[next[row]++] = column; });
-  }
-  Array<Index> starts, columns;
-};
+    }
+  });
+}
 
 /// The lowest row whose subtree costs half of all.
 Index middle_of(const EliminationTree& tree, std::span<const double> row_costs) {
@@ -195,14 +187,14 @@ TreeParts split(const EliminationTree& tree, std::span<const double> row_costs, 
   parts.rows.resize(row_costs.size());
   std::iota(parts.rows.begin(), parts.rows.end(), 0);
   parts.cost = parts.longest = std::accumulate(row_costs.begin(), row_costs.end(), 0.0);
-  const double bins = std::min(static_cast<double>(most_parts), parts.cost / least_part);
-  if (bins < 2.0) return parts;
+  const auto bins = static_cast<std::size_t>(std::min(1.0 * most_parts, parts.cost / least_part));
+  if (bins < 2) return parts;
   Cutter cutter(tree, row_costs);
-  cutter.cut(static_cast<std::size_t>(bins));
+  cutter.cut(bins);
   if (cutter.best() * kLeastGain > parts.cost) return parts;
   parts.longest = cutter.best();
   const Array<Index> part = cutter.parts();
-  parts.starts.assign(static_cast<std::size_t>(bins) + 1, 0);
+  parts.starts.assign(bins + 1, 0);
   for (const Index p : part) {
     if (p >= 0) ++parts.starts[at(p) + 1];
   }
@@ -246,8 +238,8 @@ Array<Index> order_for_two_parts(const LowerRows& a) {
     if (given.cost > kDividesWell * given.longest) return {};
     place = order_without_fill(tree, pattern, middle_of(tree, costs));
   }
-  const PermutedRows other(a, place);
-  const LowerRows rows{other.starts, other.columns};
+  const Lists other = permuted_rows(a, place);
+  const LowerRows rows{other.starts, other.items};
   const EliminationTree other_tree = elimination_tree(rows);
   const TreeParts parts =
       split(other_tree, row_costs(other_tree, factor_pattern(rows, other_tree), kUsualCost), 2,

@@ -12,6 +12,8 @@
 #include <system_error>
 #include <thread>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 
 /// What the threads share with their caller. It stays where it is, in a child of fork for ever: its
@@ -103,7 +105,7 @@ void Workers::run(int count, Call run_piece, const void* piece) {
     std::fegetenv(&team_->environment);
     team_->busy.store(threads, std::memory_order_relaxed);
     for (int k = 0; k < threads; ++k) {
-      std::atomic<int>& turn = team_->members[static_cast<std::size_t>(k)].turn;
+      std::atomic<int>& turn = team_->members[at(k)].turn;
       // Not negative, however often.
       turn.store((turn.load(std::memory_order_relaxed) + 1) & 0x7fffffff,
                  std::memory_order_release);

@@ -13,6 +13,7 @@
 #include "linalg/mpi/interface.hpp"
 #include "linalg/mpi/remote_mumps.hpp"
 #include "linalg/mpi/session.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax::mpi {
 namespace {
@@ -79,7 +80,7 @@ bool poll(int* rank, std::size_t* count) {
   int doubles = 0;
   MPI_Get_count(&polled, MPI_DOUBLE, &doubles);
   *rank = polled.MPI_SOURCE;
-  *count = static_cast<std::size_t>(doubles) * sizeof(double);
+  *count = at(doubles) * sizeof(double);
   return true;
 }
 
@@ -87,7 +88,7 @@ bool poll(int* rank, std::size_t* count) {
 bool receive(char* bytes) {
   int doubles = 0;
   MPI_Get_count(&polled, MPI_DOUBLE, &doubles);
-  auto buffer = std::make_unique<std::vector<double>>(static_cast<std::size_t>(doubles));
+  auto buffer = std::make_unique<std::vector<double>>(at(doubles));
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Irecv(buffer->data(), doubles, MPI_DOUBLE, polled.MPI_SOURCE, kMessage,
             session().communicator(), &request);

@@ -15,6 +15,7 @@
 #include <mutex>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace ipminmax::mpi {
 namespace {
@@ -180,8 +181,8 @@ void Session::initialize() {
   }
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);
-  peers_.resize(static_cast<std::size_t>(size_));
-  forgotten_.resize(static_cast<std::size_t>(size_), false);
+  peers_.resize(at(size_));
+  forgotten_.resize(at(size_));
 }
 
 int Session::before_finalize(MPI_Comm, int, void* session, void*) {
@@ -268,7 +269,7 @@ std::string Session::gather(Role role, const std::string& version) {
   const double patience = role == Role::Solver ? kWorkerPatience : kProgramPatience;
   const Role wanted = role == Role::Solver ? Role::Worker : Role::Starts;
   std::vector<int> waiting;  // ranks that expect a welcome
-  std::vector<bool> heard(static_cast<std::size_t>(size_), false);
+  Array<bool> heard(size_);
   heard[0] = true;
   std::string error;
   const auto begin = Clock::now();
@@ -290,8 +291,8 @@ std::string Session::gather(Role role, const std::string& version) {
     const int rank = status.MPI_SOURCE;
     hello.host[sizeof hello.host - 1] = '\0';
     hello.processes[sizeof hello.processes - 1] = '\0';
-    peers_[static_cast<std::size_t>(rank)] = hello.peer({});
-    heard[static_cast<std::size_t>(rank)] = true;
+    peers_[rank] = hello.peer({});
+    heard[rank] = true;
     const auto is = static_cast<Role>(hello.role);
     if (is != Role::Solver) waiting.push_back(rank);
     if (is != wanted) {
@@ -326,12 +327,12 @@ std::string Session::gather(Role role, const std::string& version) {
 }
 
 bool Session::gone(int rank) const {
-  const std::int32_t pid = peers_[static_cast<std::size_t>(rank)].pid;
+  const std::int32_t pid = peers_[rank].pid;
   return pid > 0 && kill(pid, 0) != 0 && errno == ESRCH;
 }
 
 void Session::forget(int rank) {
-  forgotten_[static_cast<std::size_t>(rank)] = true;
+  forgotten_[rank] = true;
   abandoned_ = true;
 }
 
@@ -339,7 +340,7 @@ void Session::forget(int rank) {
 std::string Session::why_stopped() const {
   for (int rank = 0; rank < size_; ++rank) {
     if (rank == rank_ || !gone(rank)) continue;
-    return name_of_rank(rank) + " on " + peers_[static_cast<std::size_t>(rank)].host +
+    return name_of_rank(rank) + " on " + peers_[rank].host +
            " has died (killed, or out of memory?)";
   }
   if (!stop_requested()) return {};

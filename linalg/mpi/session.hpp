@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <functional>
 #include <string>
-#include <vector>
 
+#include "linalg/array.hpp"
 #include "linalg/mpi/interface.hpp"
 
 namespace ipminmax::mpi {
@@ -43,9 +43,7 @@ class Session {
   /// Nobody waits for that rank any more; MPI, which would, is not finalized.
   void forget(int rank);
   [[nodiscard]] bool is_abandoned() const { return abandoned_; }
-  [[nodiscard]] bool is_forgotten(int rank) const {
-    return forgotten_[static_cast<std::size_t>(rank)];
-  }
+  [[nodiscard]] bool is_forgotten(int rank) const { return forgotten_[rank]; }
 
   /// Called once before MPI is finalized, whoever does that.
   void at_leave(std::function<void()> task) { at_leave_ = std::move(task); }
@@ -73,8 +71,8 @@ class Session {
     std::int32_t pid = 0;  ///< 0: not known, or on another machine
     std::string host;
   };
-  std::vector<Peer> peers_;  ///< by rank
-  std::vector<bool> forgotten_;
+  Array<Peer> peers_;  ///< by rank
+  Array<bool> forgotten_;
   std::string error_;
   std::function<void()> at_leave_;
 };

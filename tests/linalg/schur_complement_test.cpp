@@ -116,12 +116,11 @@ class SchurComplementTest : public testing::TestWithParam<LinearSolver> {
   }
 };
 
+constexpr const char* kSolvers[] = {"auto", "mumps", "ldlt", "lapack"};
 INSTANTIATE_TEST_SUITE_P(Solvers, SchurComplementTest,
                          testing::Values(LinearSolver::Auto, LinearSolver::Mumps,
                                          LinearSolver::Ldlt, LinearSolver::Lapack),
-                         [](const auto& test) {
-                           return std::string(make_symmetric_solver(test.param, {})->name());
-                         });
+                         [](const auto& test) { return std::string(kSolvers[test.index]); });
 
 TEST_P(SchurComplementTest, RandomKkt) {
   int tested = 0;
