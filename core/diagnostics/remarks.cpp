@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-#include "linalg/numbers.hpp"
+#include "linalg/array.hpp"
 
 namespace ipminmax {
 namespace {
@@ -54,8 +54,7 @@ Shares count(const ProblemStructure& s) {
     if (last_reader[at(col)] >= 0 && last_reader[at(col)] != row) counts.shared.push_back(col);
     last_reader[at(col)] = row;
   }
-  std::ranges::sort(counts.shared);
-  counts.shared.erase(std::unique(counts.shared.begin(), counts.shared.end()), counts.shared.end());
+  sort_each_once(counts.shared);
   return counts;
 }
 

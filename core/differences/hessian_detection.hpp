@@ -7,14 +7,10 @@
 
 #include "core/differences/first_derivatives.hpp"
 #include "core/problem.hpp"
+#include "linalg/array.hpp"
 #include "linalg/symmetric_matrix.hpp"
 
 namespace ipminmax {
-
-inline void sort_each_once(std::vector<Index>& numbers) {
-  std::ranges::sort(numbers);
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-}
 
 /// Groups of variables that are perturbed together, and where each entry of a symmetric matrix is
 /// then read: H(row, col) from the row of the difference along the group that contains col.

@@ -6,7 +6,7 @@
 
 #include "core/model/indices.hpp"
 #include "core/model/variable_map.hpp"
-#include "linalg/numbers.hpp"
+#include "linalg/array.hpp"
 
 namespace ipminmax {
 namespace {
@@ -152,9 +152,7 @@ void VariableMap::list_robust_constraints() {
   for (const auto [row, col] : jacobian) {
     if (owned_by_max(col) && min_constraints.contains(row)) robust_constraints.push_back(row);
   }
-  std::ranges::sort(robust_constraints);
-  robust_constraints.erase(std::unique(robust_constraints.begin(), robust_constraints.end()),
-                           robust_constraints.end());
+  sort_each_once(robust_constraints);
 }
 
 void VariableMap::list_owners(const ProblemStructure& s) {

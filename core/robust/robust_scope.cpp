@@ -8,7 +8,7 @@
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
-#include "linalg/numbers.hpp"
+#include "linalg/array.hpp"
 
 namespace ipminmax {
 namespace {
@@ -38,8 +38,7 @@ std::vector<Index> robust_constraints(const ProblemStructure& s) {
       rows.push_back(row);
     }
   }
-  std::ranges::sort(rows);
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  sort_each_once(rows);
   return rows;
 }
 
