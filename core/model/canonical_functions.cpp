@@ -59,59 +59,6 @@ std::string CanonicalProblem::evaluation_error() const {
 EvaluationStatus CanonicalProblem::objective(const Eigen::VectorXd& v, double& f) {
   const ScopedTimer timer(timing_.evaluations);
   if (!load(v)) return EvaluationStatus::Undefined;
-  return objective_here(f);
-}
-
-EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
-  const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
-  return constraints_here(v, c);
-}
-
-EvaluationStatus CanonicalProblem::values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c) {
-  const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
-  const EvaluationStatus status = objective_here(f);
-  return status == EvaluationStatus::Ok ? constraints_here(v, c) : status;
-}
-
-EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
-                                                     Evaluation& evaluation) {
-  const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
-  return first_derivatives_here(evaluation);
-}
-
-EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
-                                                      const Eigen::VectorXd& lambda,
-                                                      Evaluation& evaluation,
-                                                      double objective_factor) {
-  const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
-  if (quasi_newton_) return quasi_newton(v, lambda, evaluation);
-  return second_derivatives_here(lambda, evaluation, objective_factor);
-}
-
-EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
-                                               const Eigen::VectorXd& lambda,
-                                               Evaluation& evaluation) {
-  const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
-  const EvaluationStatus status = first_derivatives_here(evaluation);
-  if (status != EvaluationStatus::Ok) return status;
-  if (quasi_newton_) return quasi_newton(v, lambda, evaluation);
-  return second_derivatives_here(lambda, evaluation, 1.0);
-}
-
-EvaluationStatus CanonicalProblem::quasi_newton(const Eigen::VectorXd& v,
-                                                const Eigen::VectorXd& lambda,
-                                                Evaluation& evaluation) {
-  evaluation.low_rank = quasi_newton_->update(*this, v, lambda, evaluation);
-  evaluation.hessian_call = ++derivative_calls_;
-  return EvaluationStatus::Ok;
-}
-
-EvaluationStatus CanonicalProblem::objective_here(double& f) {
   ++counts_.objective;
   double value = 0.0;
   if (!ask([&] { return problem_.objective(model_v_, take_new_point(), value); }))
@@ -123,7 +70,9 @@ EvaluationStatus CanonicalProblem::objective_here(double& f) {
   return EvaluationStatus::Ok;
 }
 
-EvaluationStatus CanonicalProblem::constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
   if (constraints() == 0) return EvaluationStatus::Ok;
   if (!model_g_.empty()) {  // else all rows fix a variable
     ++counts_.constraints;
@@ -147,7 +96,15 @@ EvaluationStatus CanonicalProblem::constraints_here(const Eigen::VectorXd& v, Ei
   return EvaluationStatus::Ok;
 }
 
-EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation) {
+EvaluationStatus CanonicalProblem::values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c) {
+  const EvaluationStatus status = objective(v, f);
+  return status == EvaluationStatus::Ok ? constraints(v, c) : status;
+}
+
+EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
+                                                     Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
   evaluation.jacobian_call = 0;
   ++counts_.gradient;
   if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
@@ -191,9 +148,17 @@ EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation
   return EvaluationStatus::Ok;
 }
 
-EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd& lambda,
-                                                           Evaluation& evaluation,
-                                                           double objective_factor) {
+EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
+                                                      const Eigen::VectorXd& lambda,
+                                                      Evaluation& evaluation,
+                                                      double objective_factor) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
+  if (quasi_newton_) {
+    evaluation.low_rank = quasi_newton_->update(*this, v, lambda, evaluation);
+    evaluation.hessian_call = ++derivative_calls_;
+    return EvaluationStatus::Ok;
+  }
   evaluation.hessian_call = 0;
   if (!load_multipliers(lambda)) return EvaluationStatus::Undefined;
   ++counts_.hessian;
@@ -221,6 +186,13 @@ EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd
   }
   evaluation.hessian_call = ++derivative_calls_;
   return EvaluationStatus::Ok;
+}
+
+EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
+                                               const Eigen::VectorXd& lambda,
+                                               Evaluation& evaluation) {
+  const EvaluationStatus status = first_derivatives(v, evaluation);
+  return status == EvaluationStatus::Ok ? second_derivatives(v, lambda, evaluation) : status;
 }
 
 bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {

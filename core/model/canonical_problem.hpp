@@ -232,7 +232,7 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   [[nodiscard]] double objective_scale() const { return objective_scale_; }
   /// Factor, without its sign, by which f of the model that tolerances are meant for was scaled.
   [[nodiscard]] double user_objective_scale() const {
-    return std::abs(objective_scale_) * structure_.objective_factor;
+    return std::abs(objective_scale_ * structure_.objective_factor);
   }
   /// Factor by which a canonical variable was scaled.
   [[nodiscard]] double variable_scale(Index variable) const { return col_scale_[at(variable)]; }
@@ -290,16 +290,6 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   // False: not finite, and no point to evaluate the model at.
   [[nodiscard]] bool load(const Eigen::VectorXd& v);
   [[nodiscard]] bool load_multipliers(const Eigen::VectorXd& lambda);
-  // At the loaded point.
-  [[nodiscard]] EvaluationStatus objective_here(double& f);
-  [[nodiscard]] EvaluationStatus constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c);
-  [[nodiscard]] EvaluationStatus first_derivatives_here(Evaluation& evaluation);
-  [[nodiscard]] EvaluationStatus second_derivatives_here(const Eigen::VectorXd& lambda,
-                                                         Evaluation& evaluation,
-                                                         double objective_factor);
-  [[nodiscard]] EvaluationStatus quasi_newton(const Eigen::VectorXd& v,
-                                              const Eigen::VectorXd& lambda,
-                                              Evaluation& evaluation);
   [[nodiscard]] bool take_new_point();
   /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
   [[nodiscard]] double model_jacobian(std::size_t entry) const {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "core/problem.hpp"
+#include "linalg/numbers.hpp"
 
 /// The only comparisons of points and of values, besides those that Ipopt's tolerances define: a
 /// difference counts beside the range of what is compared, so that the same model in other units
@@ -15,13 +15,13 @@ namespace ipminmax {
 
 /// The values seen of one function at points that are compared.
 struct ValueRange {
-  double least = std::numeric_limits<double>::infinity();
-  double most = -std::numeric_limits<double>::infinity();
+  double least = kInfinity;
+  double most = -kInfinity;
   /// Sum of the absolute terms of a value: a value is known to a few units of rounding of them.
   double terms = 0.0;
   /// What differences can matter where values are large; far from there, as at the ends of a wide
   /// box, the function may be anything.
-  double cap = std::numeric_limits<double>::infinity();
+  double cap = kInfinity;
   double accuracy = 0.0;  ///< differences up to it are left undecided by a solve
 
   void see(double value) {
@@ -35,8 +35,7 @@ struct ValueRange {
   [[nodiscard]] double resolution(double tol) const {
     constexpr double kUnitsOfRounding = 64.0;  // of a function of some tens of operations
     const double near = std::min(terms, cap + std::min(std::abs(least), std::abs(most)));
-    return std::max(
-        {tol * size(), accuracy, kUnitsOfRounding * std::numeric_limits<double>::epsilon() * near});
+    return std::max({tol * size(), accuracy, kUnitsOfRounding * kEpsilon * near});
   }
 };
 
@@ -63,8 +62,8 @@ class VariableRanges {
  public:
   explicit VariableRanges(const ProblemStructure& structure)
       : box_(structure.variable_players.size()),
-        least_(box_.size(), std::numeric_limits<double>::infinity()),
-        most_(box_.size(), -std::numeric_limits<double>::infinity()) {
+        least_(box_.size(), kInfinity),
+        most_(box_.size(), -kInfinity) {
     for (std::size_t i = 0; i < box_.size(); ++i)
       box_[i] = structure.variable_upper[i] - structure.variable_lower[i];
   }
@@ -116,7 +115,7 @@ class VariableRanges {
 template <class Indices>
 [[nodiscard]] bool same_point(std::span<const double> a, std::span<const double> b,
                               const VariableRanges& ranges, const Indices& variables, double tol) {
-  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+  constexpr double kRounding = 4.0 * kEpsilon;
   return std::ranges::all_of(variables, [&](auto index) {
     const auto i = static_cast<std::size_t>(index);
     const double size = std::max(std::abs(a[i]), std::abs(b[i]));

@@ -101,9 +101,9 @@ std::string check_indices(const ProblemStructure& s) {
 
 std::string check_structure(const ProblemStructure& s, const SolverOptions& options) {
   if (auto error = check_indices(s); !error.empty()) return error;
-  const auto n = static_cast<Index>(s.variable_players.size());
-  const auto m = static_cast<Index>(s.constraint_players.size());
-  const auto bad_bounds = [&](double lower, double upper) -> std::string {
+  // What is wrong with a variable or constraint, if anything.
+  const auto fault = [&](Player player, double lower, double upper) -> std::string {
+    if (player != Player::Min && player != Player::Max) return " is owned by no player";
     if (std::isnan(lower) || std::isnan(upper)) return " has a bound that is NaN";
     if (lower > upper) {
       return " has inconsistent bounds: lower " + number_text(lower) + " above upper " +
@@ -115,22 +115,13 @@ std::string check_structure(const ProblemStructure& s, const SolverOptions& opti
     }
     return {};
   };
-  const auto no_player = [](Player player) {
-    return player != Player::Min && player != Player::Max ? " is owned by no player" : "";
-  };
-  for (Index i = 0; i < n; ++i) {
-    if (*no_player(s.variable_players[at(i)])) {
-      return variable_name(s, i) + no_player(s.variable_players[at(i)]);
-    }
-    const auto error = bad_bounds(s.variable_lower[at(i)], s.variable_upper[at(i)]);
-    if (!error.empty()) return variable_name(s, i) + error;
+  for (const auto i : indices(s.variable_players)) {
+    const auto error = fault(s.variable_players[i], s.variable_lower[i], s.variable_upper[i]);
+    if (!error.empty()) return variable_name(s, static_cast<Index>(i)) + error;
   }
-  for (Index j = 0; j < m; ++j) {
-    if (*no_player(s.constraint_players[at(j)])) {
-      return constraint_name(s, j) + no_player(s.constraint_players[at(j)]);
-    }
-    const auto error = bad_bounds(s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
-    if (!error.empty()) return constraint_name(s, j) + error;
+  for (const auto j : indices(s.constraint_players)) {
+    const auto error = fault(s.constraint_players[j], s.constraint_lower[j], s.constraint_upper[j]);
+    if (!error.empty()) return constraint_name(s, static_cast<Index>(j)) + error;
   }
   for (const Triplet entry : s.jacobian) {
     if (auto error = check_robust(s, options, entry); !error.empty()) return error;

@@ -35,7 +35,6 @@ struct ModelShape {
   std::vector<std::uint8_t> constraints;  ///< m: the same
   std::vector<Triplet> jacobian, hessian;
   FixedVariableTreatment fixed_variable_treatment{};
-  friend bool operator==(const ModelShape&, const ModelShape&) = default;
 };
 
 /// The structure's arrays must have one entry per variable or constraint.
