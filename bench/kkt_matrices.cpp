@@ -16,6 +16,7 @@ namespace {
 
 using ipminmax::Index;
 using ipminmax::KktBlock;
+using ipminmax::KktPart;
 using ipminmax::KktPattern;
 using ipminmax::testing::StartedProblem;
 
@@ -70,11 +71,11 @@ KktMatrices kkt_matrices_at(ipminmax::Problem& problem, const ipminmax::Result& 
     curvature[i] += iterate.z_upper[i] / (canonical.upper()[i] - iterate.v[i]);
   }
   const ipminmax::KktLayout layout(canonical);
-  const auto block = [&](KktPattern::Which which) {
+  const auto block = [&](KktPart which) {
     return KktBlock(std::make_shared<KktPattern>(which, canonical, layout), canonical);
   };
-  KktBlock full = block(KktPattern::Which::Full);
-  KktBlock inner = block(KktPattern::Which::Inner);
+  KktBlock full = block(KktPart::Full);
+  KktBlock inner = block(KktPart::Inner);
   full.assemble(evaluation, curvature);
   inner.assemble(evaluation, curvature);
   KktMatrices matrices{copy_of(full, warm), copy_of(inner, warm), {}};

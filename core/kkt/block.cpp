@@ -64,11 +64,11 @@ void BarrierTerms::take_none() {
   upper.clear();
 }
 
-KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const KktLayout& layout)
+KktPattern::KktPattern(KktPart which, const CanonicalProblem& canonical, const KktLayout& layout)
     : row_of_variable(at(canonical.variables()), -1),
       row_of_constraint(at(canonical.constraints()), -1) {
   if (layout.dimension() == 0) return;
-  const bool full = which == Which::Full;
+  const bool full = which == KktPart::Full;
   const Index dimension = full ? layout.dimension() : layout.y.size() + layout.lambda_y.size();
   variables = {full ? 0 : canonical.y().begin, canonical.variables()};
   constraints = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
@@ -122,12 +122,6 @@ KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalPro
 Analysis KktBlock::analyze(const SolverOptions& options) {
   solver_ = make_symmetric_solver(options.linear_solver, solver_options(options));
   return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs());
-}
-
-void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
-  factorized_with_.reset();
-  solver_ = std::move(solver);
-  if (!empty()) solver_->reset_quality();
 }
 
 void KktBlock::assemble(const Iterate& iterate, const Evaluation& evaluation) {
@@ -257,14 +251,14 @@ void KktBlock::shift_by(const Regularization& shift) {
     const Index row = row_of_variable(i);
     if (row < 0) continue;
     values[at(matrix_.diagonal_position(row))] =
-        diagonal_[row] + (canonical_.owned_by_max(i) ? shift.of_max(i) : shift.of_min(i));
+        diagonal_[row] + shift.of_variable(i, canonical_.owned_by_max(i));
   }
   for (const Index j : indices(constraints())) {
     const Index row = row_of_constraint(j);
     double diagonal = diagonal_[row];  // of Min -1 / Sigma of the slack, or 0
     if (shift.slacks > 0.0 && diagonal < 0.0) diagonal /= 1.0 - shift.slacks * diagonal;
     values[at(matrix_.diagonal_position(row))] =
-        diagonal + (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
+        diagonal + shift.of_constraint(canonical_.max_constraints().contains(j));
   }
 }
 

@@ -30,9 +30,12 @@ struct Regularization {
   double slacks = 0.0;  ///< of Min's slacks
   /// Proximal terms of the players besides, per canonical variable; null: none. The KktSystem's.
   const Eigen::VectorXd *proximal_x = nullptr, *proximal_y = nullptr;
-  /// What is added to the diagonal of a variable.
-  [[nodiscard]] double of_min(Index i) const { return x + (proximal_x ? (*proximal_x)[i] : 0.0); }
-  [[nodiscard]] double of_max(Index i) const { return -y - (proximal_y ? (*proximal_y)[i] : 0.0); }
+  /// What is added to the diagonal of a variable or constraint of either player.
+  [[nodiscard]] double of_variable(Index i, bool max) const {
+    return max ? -y - (proximal_y ? (*proximal_y)[i] : 0.0)
+               : x + (proximal_x ? (*proximal_x)[i] : 0.0);
+  }
+  [[nodiscard]] double of_constraint(bool max) const { return max ? lambda_y : -lambda_x; }
   friend bool operator==(const Regularization&, const Regularization&) = default;
 };
 
@@ -74,11 +77,12 @@ struct BarrierTerms {
   void take_none();
 };
 
-/// Where the entries of one of the two KKT matrices are: K over all rows, or K_yy over (y,
-/// lambda_y).
+/// K over all rows, or K_yy over (y, lambda_y).
+enum class KktPart : std::uint8_t { Full, Inner };
+
+/// Where the entries of one of the two KKT matrices are.
 struct KktPattern {
-  enum class Which : std::uint8_t { Full, Inner };
-  KktPattern(Which which, const CanonicalProblem& canonical, const KktLayout& layout);
+  KktPattern(KktPart which, const CanonicalProblem& canonical, const KktLayout& layout);
 
   IndexRange variables, constraints;  ///< canonical, with slacks
   /// Canonical variables or constraints in rows that follow each other as they do.
@@ -121,7 +125,10 @@ class KktBlock : Kept<KktBlockArrays> {
   [[nodiscard]] Analysis analyze(const SolverOptions& options);
   /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
   [[nodiscard]] const std::shared_ptr<SymmetricSolver>& solver() const { return solver_; }
-  void adopt(std::shared_ptr<SymmetricSolver> solver);
+  void adopt(const std::shared_ptr<SymmetricSolver>& solver) {
+    solver_ = solver;
+    reset_quality();
+  }
   /// Solves with the factors that another solver has of matrix().
   void take_factors_of(const std::shared_ptr<SymmetricSolver>& solver) {
     factorized_with_.reset();
@@ -157,7 +164,7 @@ class KktBlock : Kept<KktBlockArrays> {
   [[nodiscard]] Factorization make_certain(const Regularization& shift);
   [[nodiscard]] bool increase_quality() {
     factorized_with_.reset();
-    return solver_->increase_quality();
+    return !empty() && solver_->increase_quality();
   }
   /// True: the factors are lost, the next ones will be made with pivoting.
   [[nodiscard]] bool begin_pivoting() {

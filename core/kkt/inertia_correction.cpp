@@ -42,6 +42,7 @@ double InertiaCorrection::first_shift(double last) const {
 }
 
 double InertiaCorrection::next_shift(double shift, double last) const {
+  if (shift == 0.0) return first_shift(last);
   // The very first shift of a solve is far from known, so it grows faster.
   const bool unknown = options_.minmax_warm_start_shifts && last == 0.0;
   return std::max(shift * (unknown ? options_.perturb_inc_fact_first : options_.perturb_inc_fact),
@@ -63,9 +64,9 @@ double InertiaCorrection::outer_multiplier_shift(double mu) {
   return (stuck_.small_share ? kShare : 1.0) * multiplier_shift(mu);
 }
 
-KktFactors InertiaCorrection::factorize_unshifted(Matrix which, double mu, const Evaluation& at,
+KktFactors InertiaCorrection::factorize_unshifted(KktPart which, double mu, const Evaluation& at,
                                                   Regularization& shift) {
-  const bool inner = which == Matrix::Inner;
+  const bool inner = which == KktPart::Inner;
   const KktLayout& layout = kkt_.layout();
   const IndexRange variables = inner ? layout.y : layout.x;
   // A set of inequalities without interior has multipliers that grow, which tells.
@@ -108,11 +109,11 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Ev
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     const Factorization f = shift.y == 0.0 && at
-                                ? factorize_unshifted(Matrix::Inner, mu, *at, shift)
+                                ? factorize_unshifted(KktPart::Inner, mu, *at, shift)
                                 : factorize_inner(shift);
     if (shift.y == 0.0) findings_.inner_at_zero = inertia_of(f);
     if (kkt_.has_expected_inner_inertia(f)) break;
-    if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
+    if (f.status == FactorizationStatus::OutOfMemory || kkt_.is_over()) return false;
     if (raises == 0) search.emplace(kkt_, FactorizationCause::Shifts);
     // Zero eigenvalues, or positive ones missing whatever the shift: J_yy may be rank-deficient.
     const bool dependent =
@@ -124,7 +125,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Ev
       continue;
     }
     failed_y_ = shift.y;
-    shift.y = shift.y == 0.0 ? first_shift(last_.y) : next_shift(shift.y, last_.y);
+    shift.y = next_shift(shift.y, last_.y);
     if (shift.y > options_.max_hessian_perturbation) return false;
   }
   if (shift.y > 0.0) last_.y = shift.y;
@@ -143,7 +144,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     Factorization f = at && raises == 0 && shift.x == 0.0 && shift.y == 0.0
-                          ? factorize_unshifted(Matrix::Full, mu, *at, shift)
+                          ? factorize_unshifted(KktPart::Full, mu, *at, shift)
                           : factorize(shift);
     if (shift.x == 0.0 && shift.y == 0.0) findings_.full_at_zero = inertia_of(f);
     if (kkt_.has_expected_inertia(f)) break;
@@ -151,7 +152,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
       f = kkt_.make_certain();
       if (kkt_.has_expected_inertia(f)) break;
     }
-    if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
+    if (f.status == FactorizationStatus::OutOfMemory || kkt_.is_over()) return false;
     if (raises == 0) search.emplace(kkt_, FactorizationCause::Shifts);
     const bool dependent =
         f.inertia.zero > 0 ||
@@ -168,7 +169,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
       shift.x = 0.0;
       continue;
     }
-    shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
+    shift.x = next_shift(shift.x, last_.x);
     if (shift.x > options_.max_hessian_perturbation) return false;
   }
   last_.first_x_failed = shift.x > first;
@@ -178,9 +179,9 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
     // logarithm).
     Regularization smaller = shift;
     smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
-    if (kkt_.has_expected_inertia(factorize(smaller)))
+    if (is_right(smaller))
       shift = smaller;
-    else if (!kkt_.has_expected_inertia(factorize(shift)))
+    else if (!is_right(shift))
       return false;
   }
   if (shift.x > 0.0) last_.x = shift.x;
@@ -216,20 +217,20 @@ double InertiaCorrection::failing_inner_shift(const Regularization& shift) {
   Regularization trial = shift;
   for (trial.y = shift.y / options_.perturb_inc_fact; trial.y > kSingularShift;
        trial.y /= options_.perturb_inc_fact) {
-    if (out_of_time()) break;
-    if (!kkt_.has_expected_inner_inertia(factorize_inner(trial))) return trial.y;
+    if (kkt_.is_over()) break;
+    if (!is_right_inner(trial)) return trial.y;
   }
   return 0.0;
 }
 
 void InertiaCorrection::grow_until_wrong(double fraction, Regularization& shift) {
-  while (!out_of_time()) {
+  while (!kkt_.is_over()) {
     Regularization scaled = shift;
     scaled.x *= fraction;
     scaled.y *= fraction;
-    if (!kkt_.has_expected_inertia(factorize(scaled))) return;
+    if (!is_right(scaled)) return;
     const double raised = std::max(
-        shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, 1.0),
+        next_shift(shift.x, shift.x == 0.0 ? last_.x : 1.0),
         options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_.raised_x : 0.0);
     if (raised > parameters::kRunaway) break;  // by rounding
     shift.x = raised;
@@ -242,14 +243,10 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
   // the paper's Theorem "Stability and instability of modified Newton's method").
   const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
   const double failed = failing_inner_shift(shift);
-  const auto restore_inner = [&] {
-    return kkt_.has_expected_inner_inertia(factorize_inner(shift));
-  };
   if (failed <= kSingularShift) {
     Regularization singular = shift;
     singular.y = kSingularShift;
-    const bool merely_singular = kkt_.has_expected_inner_inertia(factorize_inner(singular));
-    if (merely_singular) return restore_inner() && kkt_.has_expected_inertia(factorize(shift));
+    if (is_right_inner(singular)) return is_right_inner(shift) && is_right(shift);
   }
   const double fraction = std::max(failed, kSingularShift) / shift.y;
   const double accepted_x = shift.x;
@@ -260,11 +257,11 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
     last_.raised_x = shift.x;
   }
   // Larger delta_x keeps K's inertia in exact arithmetic; where rounding disagrees, do without.
-  if (!kkt_.has_expected_inertia(factorize(shift))) {
+  if (!is_right(shift)) {
     shift.x = accepted_x;
-    if (!kkt_.has_expected_inertia(factorize(shift))) return false;
+    if (!is_right(shift)) return false;
   }
-  return restore_inner();
+  return is_right_inner(shift);
 }
 
 }  // namespace ipminmax

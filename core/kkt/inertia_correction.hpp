@@ -4,7 +4,6 @@
 
 #include "core/iteration.hpp"
 #include "core/kkt/system.hpp"
-#include "core/model/budget.hpp"
 #include "core/options.hpp"
 
 namespace ipminmax {
@@ -30,11 +29,10 @@ struct ShiftMemory {
 /// first_hessian_perturbation as in the paper. Deterministic.
 class InertiaCorrection {
  public:
-  /// limit: asked after each factorization that was not right; null for none. certainty: of the
-  /// inertias.
+  /// certainty: of the inertias.
   InertiaCorrection(KktSystem& kkt, const SolverOptions& options, Counts& counts,
-                    TimeLimit* limit = nullptr, Certainty certainty = Certainty::Usual)
-      : kkt_(kkt), options_(options), counts_(counts), limit_(limit), certainty_(certainty) {}
+                    Certainty certainty = Certainty::Usual)
+      : kkt_(kkt), options_(options), counts_(counts), certainty_(certainty) {}
 
   /// Leaves K factorized with the returned shifts and K_yy with its part of them. Empty: no shift
   /// up to max_hessian_perturbation gave the inertias, or the time limit is exceeded.
@@ -48,11 +46,10 @@ class InertiaCorrection {
   [[nodiscard]] bool correct_full(double mu, Regularization& shift, const Evaluation* at = nullptr,
                                   bool zero_fails = false);
 
-  enum class Matrix : std::uint8_t { Full, Inner };
   /// K or K_yy, assembled there, without shift or, where it is only singular, with what that takes:
   /// a proximal term of its player for flat directions, a shift of the multipliers' rows for
   /// dependent ones. shift: of the other player on entry, right for K_yy.
-  [[nodiscard]] KktFactors factorize_unshifted(Matrix which, double mu, const Evaluation& at,
+  [[nodiscard]] KktFactors factorize_unshifted(KktPart which, double mu, const Evaluation& at,
                                                Regularization& shift);
 
   /// The last shifts, to be taken up by the next solve.
@@ -83,7 +80,12 @@ class InertiaCorrection {
   [[nodiscard]] KktFactors factorize_inner(const Regularization& shift) {
     return kkt_.factorize_inner(shift, certainty_);
   }
-  [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
+  [[nodiscard]] bool is_right(const Regularization& shift) {
+    return kkt_.has_expected_inertia(factorize(shift));
+  }
+  [[nodiscard]] bool is_right_inner(const Regularization& shift) {
+    return kkt_.has_expected_inner_inertia(factorize_inner(shift));
+  }
   [[nodiscard]] bool raise_for_instability(Regularization& shift);
   [[nodiscard]] double failing_inner_shift(const Regularization& shift);
   /// Until K + fraction E has a wrong inertia.
@@ -91,6 +93,7 @@ class InertiaCorrection {
   /// Whether factorizations may be saved that Algorithm 1 spends.
   [[nodiscard]] bool economical() const;
   [[nodiscard]] double first_shift(double last) const;
+  /// Zero: the first one.
   [[nodiscard]] double next_shift(double shift, double last) const;
   [[nodiscard]] double multiplier_shift(double mu) const;
   /// The same for the rows of lambda_x in a correction that needs it.
@@ -99,7 +102,6 @@ class InertiaCorrection {
   KktSystem& kkt_;
   const SolverOptions& options_;
   Counts& counts_;
-  TimeLimit* limit_;
   Certainty certainty_;
   ShiftMemory last_;
   double failed_y_ = 0.0;

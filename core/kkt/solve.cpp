@@ -52,8 +52,7 @@ class OwnPart {
     return found;
   }
   void copy(const Step& from, Step& to) const {
-    to.v.tail(n_) = from.v.tail(n_);
-    to.lambda.tail(m_) = from.lambda.tail(m_);
+    copy_equations(from, to);
     for (const Index i : terms_.lower) to.z_lower[i] = from.z_lower[i];
     for (const Index i : terms_.upper) to.z_upper[i] = from.z_upper[i];
   }
@@ -130,27 +129,23 @@ void KktSystem::add_low_rank(KktBlock& block, std::span<double> solution) {
 
 bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   const auto size = static_cast<Eigen::Index>(reduced.size());
-  Eigen::VectorXd& rhs = reduced_rhs_;
-  Eigen::VectorXd& residual = reduced_residual_;
-  Eigen::VectorXd& product = product_;
-  rhs = Eigen::Map<const Eigen::VectorXd>(reduced.data(), size);
-  residual = rhs;
-  product.resize(size);
   Eigen::Map<Eigen::VectorXd> solution(reduced.data(), size);
+  reduced_residual_ = reduced_rhs_ = solution;
+  product_.resize(size);
   solution.setZero();
   double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
-    const double scale = infinity_norm(rhs) + infinity_norm(solution);
-    const double ratio = scale > 0.0 ? infinity_norm(residual) / scale : 0.0;
+    const double scale = infinity_norm(reduced_rhs_) + infinity_norm(solution);
+    const double ratio = scale > 0.0 ? infinity_norm(reduced_residual_) / scale : 0.0;
     if (ratio <= options_.residual_ratio_max) return true;
     // An overflow is no progress either.
     if (k > options_.max_refinement_steps || !(ratio <= parameters::kProgress * last_ratio))
       return false;
     last_ratio = ratio;
-    solve_with_factors(block, {residual.data(), reduced.size()});
-    solution += residual;
-    block.matrix().multiply(reduced, {product.data(), reduced.size()});
-    residual = rhs - product;
+    solve_with_factors(block, {reduced_residual_.data(), reduced.size()});
+    solution += reduced_residual_;
+    block.matrix().multiply(reduced, {product_.data(), reduced.size()});
+    reduced_residual_ = reduced_rhs_ - product_;
   }
 }
 
@@ -174,16 +169,15 @@ void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const Ne
   const Index of_min = canonical_.y().begin - variables.begin, of_max = variables.size() - of_min;
   t.segment(variables.begin, of_min) += rhs.v.segment(variables.begin, of_min);
   t.tail(of_max) = rhs.v.tail(of_max) - t.tail(of_max);
-  Eigen::VectorXd& reduced = reduced_;
   for (const auto& run : block.variable_runs()) {
-    reduced.segment(run.row, run.size) = t.segment(run.first, run.size);
+    reduced_.segment(run.row, run.size) = t.segment(run.first, run.size);
   }
   for (const auto& run : block.constraint_runs()) {
-    reduced.segment(run.row, run.size) = rhs.lambda.segment(run.first, run.size);
+    reduced_.segment(run.row, run.size) = rhs.lambda.segment(run.first, run.size);
   }
   for (const Index j : indices(constraints)) {
     if (const Index slack = canonical_.slack_of(j); slack >= 0) {
-      reduced[block.row_of_constraint(j)] += t[slack] / slack_curvature(block, shift, slack);
+      reduced_[block.row_of_constraint(j)] += t[slack] / slack_curvature(block, shift, slack);
     }
   }
 }
@@ -255,20 +249,18 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
   }
   const bool shifted = shift != Regularization{};
   const IndexRange variables = block.variables();
-  const Index of_max = canonical_.variables() - canonical_.y().begin;
+  const Index of_max = canonical_.max_size();
   dz.tail(of_max) = -dz.tail(of_max);
   for (Index i = variables.begin; shifted && i < variables.end; ++i) {
     const Index row = block.row_of_variable(i);
     if (row < 0) continue;
     const double length = block.length(row);
-    dz[i] += (canonical_.owned_by_max(i) ? shift.of_max(i) : shift.of_min(i)) / (length * length) *
-             step.v[i];
+    dz[i] += shift.of_variable(i, canonical_.owned_by_max(i)) / (length * length) * step.v[i];
   }
   residual.v.tail(variables.size()) -= dz.tail(variables.size());
   for (const Index j : indices(block.constraints())) {
     if (shifted) {
-      const double delta =
-          canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x;
+      const double delta = shift.of_constraint(canonical_.max_constraints().contains(j));
       const double length = block.length(block.row_of_constraint(j));
       residual.lambda[j] -= delta / (length * length) * step.lambda[j];
     }

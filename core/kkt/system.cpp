@@ -9,20 +9,6 @@ namespace {
 /// more than it saves (bench/schur).
 constexpr double kLeastSchurFlops = 5e4;
 
-bool is_over(TimeLimit* limit) { return limit != nullptr && limit->expired(); }
-
-/// Without rows where time is over: nothing is analyzed then.
-std::shared_ptr<const KktPattern> pattern_of(KktPattern::Which which,
-                                             const CanonicalProblem& canonical, KktLayout layout,
-                                             const KktAnalysis* kept, TimeLimit* limit) {
-  if (is_over(limit)) {
-    layout.lambda_y.end = 0;
-  } else if (kept != nullptr) {
-    return which == KktPattern::Which::Full ? kept->full_pattern : kept->inner_pattern;
-  }
-  return std::make_shared<KktPattern>(which, canonical, layout);
-}
-
 }  // namespace
 
 KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& options,
@@ -33,11 +19,10 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
       counts_(counts),
       timing_(timing),
       limit_(limit),
+      kept_analysis_(kept.analysis),
       layout_(canonical),
-      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept.analysis, limit),
-            canonical, &full_arrays_),
-      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept.analysis, limit),
-             canonical, &inner_arrays_) {
+      full_(pattern_of(KktPart::Full), canonical, &full_arrays_),
+      inner_(pattern_of(KktPart::Inner), canonical, &inner_arrays_) {
   reduced_.setZero(layout_.dimension());
   eliminated_.setZero(canonical.variables());
   proximal_ = eliminated_;
@@ -47,9 +32,20 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
   }
 }
 
-bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
-  if (!analyze_or_adopt(kept)) return false;
-  const auto stop = [limit = limit_] { return is_over(limit); };
+/// Without rows where time is over: nothing is analyzed then.
+std::shared_ptr<const KktPattern> KktSystem::pattern_of(KktPart which) const {
+  KktLayout layout = layout_;
+  if (is_over()) {
+    layout.lambda_y.end = 0;
+  } else if (kept_analysis_ != nullptr) {
+    return which == KktPart::Full ? kept_analysis_->full_pattern : kept_analysis_->inner_pattern;
+  }
+  return std::make_shared<KktPattern>(which, canonical_, layout);
+}
+
+bool KktSystem::analyze() {
+  if (!analyze_or_adopt()) return false;
+  const auto stop = [this] { return is_over(); };
   for (const KktBlock* block : {&full_, &inner_}) {
     if (!block->empty()) block->solver()->stop_when(stop);
   }
@@ -57,8 +53,9 @@ bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
   return true;
 }
 
-bool KktSystem::analyze_or_adopt(const std::optional<KktAnalysis>& kept) {
-  if (kept && kept->linear_solver == options_.linear_solver &&
+bool KktSystem::analyze_or_adopt() {
+  const KktAnalysis* kept = kept_analysis_;
+  if (kept != nullptr && kept->linear_solver == options_.linear_solver &&
       kept->schur_option == options_.minmax_schur_complement &&
       kept->options == solver_options(options_)) {
     full_.adopt(kept->full);
@@ -70,7 +67,7 @@ bool KktSystem::analyze_or_adopt(const std::optional<KktAnalysis>& kept) {
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
   const Analysis full = full_.analyze(options_);
-  if (!full.ok || is_over(limit_)) return false;
+  if (!full.ok || is_over()) return false;
   const Analysis inner = inner_.analyze(options_);
   if (!inner.ok) return false;
   decide_on_schur_complement(full);
@@ -152,20 +149,13 @@ Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift,
   return block.factorize(shift, certainty);
 }
 
-Factorization KktSystem::inner_by_schur_complement(Certainty certainty) {
-  if (!may_factorize()) return {};
-  const ScopedTimer timer(timed(timing_.factorization));
+template <class Make>
+auto KktSystem::counted(const Make& make) {
   Index factorized = 0;
-  const Factorization result = schur_->factorize_inner(inner_, certainty, factorized);
-  count_factorizations(0, factorized);
-  return result;
-}
-
-std::optional<Factorization> KktSystem::full_by_schur_complement(Certainty certainty) {
-  if (!may_factorize()) return Factorization{};
+  decltype(make(factorized)) result = Factorization{};
+  if (!may_factorize()) return result;
   const ScopedTimer timer(timed(timing_.factorization));
-  Index factorized = 0;
-  auto result = schur_->factorize(full_, certainty, factorized, counts_.factorizations_complement);
+  result = make(factorized);
   count_factorizations(0, factorized);
   return result;
 }
@@ -199,7 +189,9 @@ KktFactors KktSystem::factorize_full(const Regularization& shift, Certainty cert
   std::optional<Factorization> result;
   if (schur_ && by_schur_complement && !made) {
     full_.shift_by(shift);
-    result = full_by_schur_complement(certainty);
+    result = counted([&](Index& factorized) {
+      return schur_->factorize(full_, certainty, factorized, counts_.factorizations_complement);
+    });
   }
   full_factors_.by_schur_complement = result.has_value();
   if (!result) result = factorize(full_, shift, certainty);
@@ -218,7 +210,8 @@ KktFactors KktSystem::factorize_inner(const Regularization& shift, Certainty cer
   bool kept = false;
   if (schur_) {
     inner_.shift_by(shift);
-    result = inner_by_schur_complement(certainty);
+    result = counted(
+        [&](Index& factorized) { return schur_->factorize_inner(inner_, certainty, factorized); });
   } else {
     kept = inner_.is_factorized(shift, certainty);
     result = factorize(inner_, shift, certainty);
@@ -239,23 +232,24 @@ KktFactors KktSystem::make_certain() {
   return hold(full_factors_, result, false);
 }
 
-bool KktSystem::increase_quality() {
+void KktSystem::forget_factors(bool full, bool inner) {
   release_full();
   if (schur_) schur_->forget_factors();
-  const bool full = !full_.empty() && full_.increase_quality();
-  const bool inner = !inner_.empty() && inner_.increase_quality();
   if (full) full_factors_ = {};
   if (inner) inner_factors_ = {};
+}
+
+bool KktSystem::increase_quality() {
+  const bool full = full_.increase_quality();
+  const bool inner = inner_.increase_quality();
+  forget_factors(full, inner);
   return full || inner;
 }
 
 void KktSystem::begin_pivoting() {
   const bool full = full_.begin_pivoting();
   const bool inner = inner_.begin_pivoting();
-  if (full || inner) release_full();
-  if (schur_ && (full || inner)) schur_->forget_factors();
-  if (full) full_factors_ = {};
-  if (inner) inner_factors_ = {};
+  if (full || inner) forget_factors(full, inner);
 }
 
 void KktSystem::reset_quality() {

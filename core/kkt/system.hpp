@@ -59,21 +59,21 @@ inline constexpr Accuracy kUnrefined{.ratio = 1.0};  ///< as the factors give it
 
 /// What a KktSystem may take over of earlier ones.
 struct KeptKkt {
-  const KktAnalysis* analysis = nullptr;  ///< of a problem of the same shape: its patterns serve
+  const KktAnalysis* analysis = nullptr;  ///< of a problem of the same shape
   KktArrays* arrays = nullptr;            ///< of no other system that is in use
 };
 
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
 class KktSystem : Kept<KktArrays> {
  public:
-  /// limit: told when a factorization is refused; null for none.
+  /// limit: told when a factorization is refused; null for none. kept.analysis: solvers, to be used
+  /// instead of new ones where the linear solver's options are the same.
   KktSystem(const CanonicalProblem& canonical, const SolverOptions& options, Counts& counts,
             Timing& timing, TimeLimit* limit = nullptr, const KeptKkt& kept = {});
   [[nodiscard]] const KktLayout& layout() const { return layout_; }
 
-  /// Orderings and symbolic factorizations; false: out of memory. kept: those of a problem of the
-  /// same shape, to be used instead of new ones where the linear solver's options are the same.
-  [[nodiscard]] bool analyze(const std::optional<KktAnalysis>& kept = std::nullopt);
+  /// Orderings and symbolic factorizations; false: out of memory.
+  [[nodiscard]] bool analyze();
   /// For another system of the same shape, when this one is used no more.
   [[nodiscard]] KktAnalysis analysis() const;
 
@@ -199,6 +199,9 @@ class KktSystem : Kept<KktArrays> {
            counts_.factorizations_for(FactorizationCause::Restoration).full;
   }
 
+  /// Whether the limit of time is exceeded.
+  [[nodiscard]] bool is_over() const { return limit_ != nullptr && limit_->expired(); }
+
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
   /// Of K and K_yy so far.
   [[nodiscard]] Index factorizations() const {
@@ -218,14 +221,18 @@ class KktSystem : Kept<KktArrays> {
                                         Certainty certainty);
   [[nodiscard]] bool may_factorize();
   void count_factorizations(Index full, Index inner);
-  [[nodiscard]] Factorization inner_by_schur_complement(Certainty certainty);
-  [[nodiscard]] std::optional<Factorization> full_by_schur_complement(Certainty certainty);
+  /// What make(factorized) gives, its factorizations of K_yy counted; Failed: none is left.
+  template <class Make>
+  [[nodiscard]] auto counted(const Make& make);
   [[nodiscard]] KktFactors factorize_full(const Regularization& shift, Certainty certainty,
                                           bool by_schur_complement);
   /// The factors at hand from now on: made again, or kept under their number.
   const KktFactors& hold(KktFactors& at_hand, const Factorization& result, bool kept);
   void release_full();
-  [[nodiscard]] bool analyze_or_adopt(const std::optional<KktAnalysis>& kept);
+  /// All of K and those of K_yy that the Schur complement has; full, inner: those of the system.
+  void forget_factors(bool full, bool inner);
+  [[nodiscard]] std::shared_ptr<const KktPattern> pattern_of(KktPart which) const;
+  [[nodiscard]] bool analyze_or_adopt();
   void decide_on_schur_complement(const Analysis& full);
   [[nodiscard]] double slack_curvature(const KktBlock& block, const Regularization& shift,
                                        Index slack) const;
@@ -253,6 +260,7 @@ class KktSystem : Kept<KktArrays> {
   Counts& counts_;
   Timing& timing_;
   TimeLimit* limit_;
+  const KktAnalysis* kept_analysis_;
   Index allowed_ = std::numeric_limits<Index>::max();  ///< factorizations, all together
   FactorizationCause cause_ = FactorizationCause::Step;
   KktLayout layout_;

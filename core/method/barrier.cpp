@@ -24,10 +24,20 @@ double mean_square(const Eigen::VectorXd& v) {
   return v.size() == 0 ? 0.0 : v.squaredNorm() / static_cast<double>(v.size());
 }
 
+double mean_square_of_products(const CanonicalProblem& canonical, const Iterate& iterate) {
+  double sum = 0.0;
+  Index bounds = 0;
+  for_each_product(canonical, iterate, [&](double product) {
+    sum += product * product;
+    ++bounds;
+  });
+  return sum / static_cast<double>(std::max<Index>(bounds, 1));
+}
+
 }  // namespace
 
 double final_barrier(const SolverOptions& options, double objective_scale) {
-  const double target = std::min(options.tol, options.compl_inf_tol * std::abs(objective_scale)) /
+  const double target = std::min(options.tol, options.compl_inf_tol * objective_scale) /
                         (options.barrier_tol_factor + 1.0);
   return std::max(target, options.mu_target);
 }
@@ -88,17 +98,9 @@ double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate
 }
 
 SquaredResidual squared_residual(const CanonicalProblem& canonical, const Point& point) {
-  SquaredResidual residual;
-  residual.dual = mean_square(point.dual);
-  residual.primal = mean_square(point.evaluation.c);
-  double sum = 0.0;
-  Index bounds = 0;
-  for_each_product(canonical, point.iterate, [&](double product) {
-    sum += product * product;
-    ++bounds;
-  });
-  if (bounds > 0) residual.complementarity = sum / static_cast<double>(bounds);
-  return residual;
+  return {.dual = mean_square(point.dual),
+          .primal = mean_square(point.evaluation.c),
+          .complementarity = mean_square_of_products(canonical, point.iterate)};
 }
 
 double quality_function_barrier(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -116,16 +118,10 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
     const StepLength alpha = largest_step(canonical, iterate, step, tau);
     moved = iterate;
     advance(canonical, step, alpha, moved);
-    double sum = 0.0;
-    Index bounds = 0;
-    for_each_product(canonical, moved, [&](double product) {
-      sum += product * product;
-      ++bounds;
-    });
     const double left_dual = 1.0 - alpha.dual;
     const double left_primal = 1.0 - alpha.primal;
     return left_dual * left_dual * residual.dual + left_primal * left_primal * residual.primal +
-           sum / static_cast<double>(std::max<Index>(bounds, 1));
+           mean_square_of_products(canonical, moved);
   };
   // Golden section for log(sigma), on the side of sigma = 1 on which the quality improves.
   constexpr double kSectionTol = 1e-2;  // quality_function_section_sigma_tol
@@ -162,8 +158,7 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
 }
 
 double least_adaptive_barrier(const SolverOptions& options, double objective_scale) {
-  const double half =
-      0.5 * std::min(options.tol, options.compl_inf_tol * std::abs(objective_scale));
+  const double half = 0.5 * std::min(options.tol, options.compl_inf_tol * objective_scale);
   return std::max(std::min(options.mu_min, half), options.mu_target);
 }
 

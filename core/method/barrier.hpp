@@ -12,7 +12,7 @@
 namespace ipminmax {
 
 /// Least barrier parameter of a solve: min(tol, compl_inf_tol) / (kappa_epsilon + 1), as Ipopt's.
-/// compl_inf_tol is unscaled, so the objective's scale factor multiplies it.
+/// compl_inf_tol is unscaled, so the objective's scale factor, without its sign, multiplies it.
 [[nodiscard]] double final_barrier(const SolverOptions& options, double objective_scale);
 
 /// Barrier parameter after an accepted iterate. scaled_error(mu) is E_mu, norm(mu) is |g(z, mu)|.

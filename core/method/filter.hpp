@@ -28,12 +28,10 @@ class Filter {
   /// From now on, as in Ipopt, no step is accepted that raises phi by orders of magnitude, however
   /// theta falls, and a step that phi falls by enters no pair above theta_min either.
   void minimize() { minimizes_ = true; }
-  /// As a new filter, with room for that many pairs.
+  /// As a new filter, with room for that many pairs; its scale is to be set.
   void begin_anew(std::size_t pairs) {
-    entries_.clear();
+    reset();
     entries_.reserve(pairs);
-    theta_min_ = parameters::filter::kThetaMin;
-    theta_max_ = parameters::filter::kThetaMax;
     minimizes_ = false;
   }
 

@@ -27,15 +27,7 @@ struct Watchdog {
     return active || shortened_steps >= kTrigger;
   }
   void count(bool shortened) { shortened_steps = shortened ? shortened_steps + 1 : 0; }
-  /// As a new one; arrays keep their room.
-  void begin_anew() {
-    active = false;
-    trials = shortened_steps = 0;
-    from = {};
-    slope = 0.0;
-    alpha = 1.0;
-    report = {};
-  }
+  /// What it began with means nothing any more.
   void end() {
     active = false;
     shortened_steps = 0;

@@ -41,7 +41,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
         restorer_(std::move(restorer)),
         patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
         outer_(context, first, outer_arrays_) {
-    watchdog_.begin_anew();
+    watchdog_.end();
     constexpr Index kEntries = 100;  // set aside at once
     filter_.begin_anew(at(std::min(options_.max_iter, kEntries)));
     filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
@@ -56,19 +56,18 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     return std::move(run.report);
   }
 
-  [[nodiscard]] StepReport escape(const Point& from, double mu, const EscapeRequest& request,
-                                  Point& to) override {
+  [[nodiscard]] StepReport escape(const Point& from, double mu,
+                                  const std::optional<WrongCurvature>& wrong, Point& to) override {
     const KktSystem::Counting counting(kkt_, FactorizationCause::Curvature);
     Run run{.here = &from, .to = to, .mu = mu};
     filter_.reset();
     run.report.kind = StepKind::Escape;
-    const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
+    const bool inner_wrong = has_max() && wrong && wrong->owner == Player::Max;
     if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};
     const Regularization& shift = outer_.direction.shift;
     // A direction that looks flat may rise all the same.
-    const bool along_y = inner_wrong || shift.y > 0.0 || (shift.proximal_y && !request.wrong);
-    run.report.moved =
-        along_y ? escape_inner(run, request, inner_wrong) : escape_outer(run, request);
+    const bool along_y = inner_wrong || shift.y > 0.0 || (shift.proximal_y && !wrong);
+    run.report.moved = along_y ? escape_inner(run, wrong, inner_wrong) : escape_outer(run, wrong);
     return std::move(run.report);
   }
 
@@ -204,8 +203,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     run.unshifted_step = UnshiftedStep::Wrong;
     Regularization shift = outer_.direction.shift;
     shift.y = 0.0;
-    outer_.factors = correction_.factorize_unshifted(InertiaCorrection::Matrix::Full, mu,
-                                                     from.evaluation, shift);
+    outer_.factors = correction_.factorize_unshifted(KktPart::Full, mu, from.evaluation, shift);
     const double before = measured_barrier_error(canonical_, from, mu).norm();
     if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from, forcing(before))) {
       return false;
@@ -238,8 +236,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       outer_.direction.shift = outer_.trial_direction.shift;  // for K there
     }
     fast_contraction_ = full ? contraction : 0.0;
-    run.report.alpha_primal = alpha.primal;
-    run.report.alpha_dual = alpha.dual;
+    run.report.alpha = alpha;
     run.report.step_norm = max_norm(outer_.step.v);
     run.report.kind = StepKind::Newton;
     inner_right_at_ = trial.evaluation.hessian_call;
@@ -379,8 +376,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
         watchdog.end();
       }
       accept(run);
-      run.report.alpha_primal = alpha.primal;
-      run.report.alpha_dual = alpha.dual;
+      run.report.alpha = alpha;
       run.report.kind = StepKind::Watchdog;
       return true;
     }
@@ -419,8 +415,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     const SearchEnd end = filter_search(block, filter_, line, limit_);
     if (!end.accepted) return false;
     accept(run);
-    run.report.alpha_primal = end.alpha.primal;
-    run.report.alpha_dual = end.alpha.dual;
+    run.report.alpha = end.alpha;
     if (end.corrected) run.report.kind = StepKind::Corrected;
     watchdog_.count(end.cuts > 0);
     soft_steps_ = 0;
@@ -447,7 +442,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     }
     if (evaluate_second_derivatives(canonical_, trial) != EvaluationStatus::Ok) return false;
     if (has_max() && !outer_.find_trial_direction(run.mu)) return false;
-    run.report.alpha_primal = run.report.alpha_dual = both;
+    run.report.alpha = {both, both};
     run.report.kind = StepKind::Soft;
     accept(run);
     ++soft_steps_;
@@ -478,8 +473,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       }
       move_to_trial(run);
       filter_.reset();
-      run.report.alpha_primal = alpha.primal;
-      run.report.alpha_dual = alpha.dual;
+      run.report.alpha = alpha;
       return true;
     }
     return fail(run, Status::EvaluationFailed, canonical_.evaluation_error());
@@ -558,15 +552,16 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     move_to_trial(run);
     soft_steps_ = 0;
     run.report.kind = StepKind::Restoration;
-    run.report.alpha_primal = run.report.alpha_dual = 1.0;
+    run.report.alpha = StepLength{};
     return true;
   }
 
-  [[nodiscard]] bool escape_inner(Run& run, const EscapeRequest& request, bool along_given) {
+  [[nodiscard]] bool escape_inner(Run& run, const std::optional<WrongCurvature>& wrong,
+                                  bool along_given) {
     run.to = *run.here;
     InnerMaximizer& inner = outer_.inner;
     if (along_given || outer_.direction.shift.proximal_y) {
-      const bool left = along_given ? inner.leave(run.to, run.mu, request.wrong->direction)
+      const bool left = along_given ? inner.leave(run.to, run.mu, wrong->direction)
                                     : inner.escape(run.to, run.mu, outer_.direction.factors);
       if (!left || !inner.direction(run.to, run.mu, outer_.direction)) return false;
     }
@@ -576,14 +571,14 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
            outcome == InnerMaximizer::Outcome::NotFound;
   }
 
-  [[nodiscard]] bool escape_outer(Run& run, const EscapeRequest& request) {
+  [[nodiscard]] bool escape_outer(Run& run, const std::optional<WrongCurvature>& wrong) {
     const Point& from = *run.here;
     const Index nx = canonical_.y().begin;
     Regularization shift = has_max() ? outer_.direction.shift : Regularization{};
     if (!outer_.find_step(from, run.mu, shift, false)) return false;
     Step& step = outer_.step;
-    if (request.wrong && request.wrong->owner == Player::Min) {
-      step.v = request.wrong->direction / request.wrong->direction.head(nx).norm();
+    if (wrong && wrong->owner == Player::Min) {
+      step.v = wrong->direction / wrong->direction.head(nx).norm();
     } else {
       const InverseIteration how{.variables = {0, nx}};
       if (!turn_to_curvature(how, outer_.rhs, step, [&](const NewtonResidual& rhs, Step& solution) {
@@ -601,7 +596,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     Block block{.owner = *this, .run = run};
     if (!move_along_curvature(block, move, step.v, limit_)) return false;
     accept(run);
-    run.report.alpha_primal = block.alpha_primal;
+    run.report.alpha.primal = block.alpha_primal;
     return true;
   }
 
@@ -644,7 +639,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     if (!end) return true;
     std::string message(end->message);
     if (end->status == Status::NoLocalMinmaxFound) {
-      message += ": " + patience_.setbacks().describe(canonical_, run.here->iterate.v);
+      message += ": " + patience_.describe_setbacks(canonical_, run.here->iterate.v);
     }
     return fail(run, end->status, std::move(message));
   }

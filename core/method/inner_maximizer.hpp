@@ -21,22 +21,18 @@ namespace ipminmax {
 
 /// Newton step of the inner maximization at fixed x.
 struct InnerDirection {
-  Step step;
+  Step step{};
   double mu = -1.0;          ///< barrier parameter of the step
   double gain = 0.0;         ///< q: predicted increase of the barrier objective
   double copies_gain = 0.0;  ///< the same of the constraints that copies serve, together
-  Regularization shift;      ///< of K_yy
-  KktFactors factors;        ///< of K_yy
+  Regularization shift{};    ///< of K_yy
+  KktFactors factors{};      ///< of K_yy
   std::uint64_t jacobian_call = 0, hessian_call = 0;  ///< of the point's derivatives
 
   /// Of no point, a step of zeros.
   void clear(const CanonicalProblem& canonical) {
+    *this = InnerDirection{.step = std::move(step)};
     set_zero(canonical, step);
-    mu = -1.0;
-    gain = copies_gain = 0.0;
-    shift = {};
-    factors = {};
-    jacobian_call = hessian_call = 0;
   }
   [[nodiscard]] double largest_gain() const {
     return std::max(std::abs(gain), std::abs(copies_gain));
@@ -75,19 +71,18 @@ class InnerMaximizer : Kept<InnerArrays> {
         correction_(context.correction),
         options_(context.options),
         limit_(context.limit) {
-    const CanonicalProblem& canonical = canonical_;
     trial_ = first;
-    for (Step* step : {&rhs_, &correction_step_}) set_zero(canonical, *step);
+    for (Step* step : {&rhs_, &correction_step_}) set_zero(canonical_, *step);
     gradient_ = start_v_ = rhs_.v;
-    along_ = rhs_.v.tail(canonical_.variables() - canonical_.y().begin);
+    along_ = rhs_.v.tail(canonical_.max_size());
     corrected_c_ = rhs_.lambda;
     filter_.begin_anew(at(parameters::inner::kSteps));
     robust_entries_.clear();
-    if (canonical.robust_constraints().empty()) return;
-    const auto jacobian = canonical.jacobian();
+    if (canonical_.robust_constraints().empty()) return;
+    const auto jacobian = canonical_.jacobian();
     for (const auto k : indices(jacobian)) {
       const auto [row, col] = jacobian[k];
-      if (canonical.owned_by_max(col) && canonical.min_constraints().contains(row)) {
+      if (canonical_.owned_by_max(col) && canonical_.min_constraints().contains(row)) {
         robust_entries_.push_back(k);
       }
     }
@@ -121,8 +116,8 @@ class InnerMaximizer : Kept<InnerArrays> {
   [[nodiscard]] bool has_maximum_in_sight(const Point& point, double mu, Regularization& shift) {
     kkt_.assemble_inner(point.iterate, point.evaluation);
     shift = {};
-    return kkt_.has_expected_inner_inertia(correction_.factorize_unshifted(
-        InertiaCorrection::Matrix::Inner, mu, point.evaluation, shift));
+    return kkt_.has_expected_inner_inertia(
+        correction_.factorize_unshifted(KktPart::Inner, mu, point.evaluation, shift));
   }
 
   /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used
@@ -131,20 +126,21 @@ class InnerMaximizer : Kept<InnerArrays> {
                                  double upper_bound, InnerDirection& out) {
     const KktSystem::Counting counting(kkt_, FactorizationCause::InnerAscent);
     filter_.reset();
-    filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
+    filter_.set_scale(theta(point));
     start_v_ = point.iterate.v;
     const double start_norm = tail_norm(start_v_, canonical_.y().begin);
     int far_shifted_steps = 0;
     for (int k = 0;; ++k) {
       const bool known = k == 0 && out.mu == mu && is_known(out, point);
       if (!known && !direction(point, mu, out)) return Outcome::NotFound;
-      const double theta = violation(point.evaluation.c, canonical_.max_constraints());
+      const double violated = theta(point);
       const double feasible_theta = parameters::kHardly * std::max(1.0, mu);
       const bool in_sight = out.shift.y == 0.0;
-      if (in_sight && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
+      if (in_sight && out.largest_gain() <= target &&
+          violated <= std::max(feasible_theta, target)) {
         return Outcome::Maximum;
       }
-      if (theta <= feasible_theta &&
+      if (violated <= feasible_theta &&
           barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
         return Outcome::AboveBound;
       }
@@ -188,7 +184,7 @@ class InnerMaximizer : Kept<InnerArrays> {
   /// Moves y, s_y along a direction (or against it) in which the value rises to second order; x
   /// stays. False: it does not.
   [[nodiscard]] bool leave(Point& point, double mu, const Eigen::VectorXd& direction) {
-    const Index n = canonical_.variables() - canonical_.y().begin;
+    const Index n = canonical_.max_size();
     along_ = direction.tail(n);
     along_.normalize();
     value_gradient(point, mu);
@@ -209,8 +205,7 @@ class InnerMaximizer : Kept<InnerArrays> {
 
   /// Whether the Max constraints hold closely enough to compare values.
   [[nodiscard]] bool feasible(const Point& point, double mu) const {
-    return violation(point.evaluation.c, canonical_.max_constraints()) <=
-           parameters::kHardly * std::max(1.0, mu);
+    return theta(point) <= parameters::kHardly * std::max(1.0, mu);
   }
 
   /// Error of the inner first-order conditions at mu.
@@ -236,7 +231,7 @@ class InnerMaximizer : Kept<InnerArrays> {
     if (!kkt_.solve_inner(out.factors, point.evaluation, rhs_, out.step)) return false;
     // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
     value_gradient(point, mu);
-    const Index n = canonical_.variables() - canonical_.y().begin;
+    const Index n = canonical_.max_size();
     const Index m = canonical_.max_constraints().size();
     out.gain =
         0.5 *
@@ -297,8 +292,11 @@ class InnerMaximizer : Kept<InnerArrays> {
     Trial evaluate_move(double /*length*/) const { return merit(); }
     static Trial improve(const Trial& trial) { return trial; }
   };
+  [[nodiscard]] double theta(const Point& point) const {
+    return violation(point.evaluation.c, canonical_.max_constraints());
+  }
   [[nodiscard]] Merit merit(const Point& point, double mu) const {
-    return {violation(point.evaluation.c, canonical_.max_constraints()), -value(point, mu)};
+    return {theta(point), -value(point, mu)};
   }
 
   [[nodiscard]] bool search(Point& point, double mu, const InnerDirection& direction) {
@@ -311,7 +309,7 @@ class InnerMaximizer : Kept<InnerArrays> {
         .longest = largest_step(canonical_, point.iterate, d, boundary_fraction(mu, options_)),
         .trials = std::numeric_limits<int>::max()};
     if (length > longest) line.longest.primal = std::min(line.longest.primal, longest / length);
-    const Index n = canonical_.variables() - canonical_.y().begin;
+    const Index n = canonical_.max_size();
     line.slope = -gradient_.tail(n).dot(d.v.tail(n));
     line.smallest = std::max(filter_.smallest_step(line.from, line.slope), parameters::kConstant);
     trial_.evaluation = point.evaluation;
@@ -324,7 +322,7 @@ class InnerMaximizer : Kept<InnerArrays> {
 
   [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit) {
     if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return false;
-    merit.theta = violation(trial.evaluation.c, canonical_.max_constraints());
+    merit.theta = theta(trial);
     merit.phi = -value(trial, mu);
     return true;
   }

@@ -30,38 +30,6 @@ enum class Setback : std::uint8_t {
   NoStep        ///< no step was acceptable
 };
 
-/// How often each was met.
-class Setbacks {
- public:
-  void add(Setback kind) { ++counts_[static_cast<std::size_t>(kind)]; }
-  [[nodiscard]] Index total() const {
-    return std::accumulate(counts_.begin(), counts_.end(), Index{0});
-  }
-  /// "no maximum over y was found (3 times), ...", those met, with the Min variables of the last.
-  [[nodiscard]] std::string describe(const CanonicalProblem& canonical,
-                                     const Eigen::VectorXd& v) const {
-    constexpr std::array<std::string_view, 5> kTexts = {
-        "no maximum over y was found", "another y became the higher maximum", "x moved to and fro",
-        "the constraints were not met", "no step was acceptable"};
-    constexpr Index kShown = 3;  // Min variables
-    std::string text;
-    for (const auto k : indices(counts_)) {
-      if (counts_[k] == 0) continue;
-      text += (text.empty() ? "" : ", ") + std::string(kTexts[k]) + " (" +
-              std::to_string(counts_[k]) + (counts_[k] == 1 ? " time)" : " times)");
-    }
-    const IndexRange x = canonical.x();
-    for (Index i = x.begin; i < std::min(x.end, x.begin + kShown); ++i) {
-      text += (i == x.begin ? ", last at " : ", ") + canonical.column_name(i) + " = " +
-              number_text(v[i] / canonical.variable_scale(i), 4);
-    }
-    return text + (x.size() > kShown ? ", ..." : "");
-  }
-
- private:
-  std::array<Index, 5> counts_{};
-};
-
 /// How long a search goes on without success.
 class Patience {
   static constexpr double kClearly = 1e-4;           ///< over 1 + |phi|
@@ -85,9 +53,10 @@ class Patience {
   }
 
   [[nodiscard]] std::optional<End> set_back(Setback kind) {
-    setbacks_.add(kind);
-    if (setbacks_.total() <= allowed_) return std::nullopt;
-    if (2 * inner_unbounded_ > setbacks_.total()) {
+    ++counts_[static_cast<std::size_t>(kind)];
+    const Index setbacks = std::accumulate(counts_.begin(), counts_.end(), Index{0});
+    if (setbacks <= allowed_) return std::nullopt;
+    if (2 * inner_unbounded_ > setbacks) {
       return End{Status::InnerUnbounded, "the maximization over y looks unbounded"};
     }
     return End{
@@ -124,15 +93,34 @@ class Patience {
     return set_back(std::exchange(jumped_, false) ? Setback::OtherBranch : Setback::NoProgress);
   }
 
-  [[nodiscard]] const Setbacks& setbacks() const { return setbacks_; }
+  /// "no maximum over y was found (3 times), ...", with the Min variables of the last setback.
+  [[nodiscard]] std::string describe_setbacks(const CanonicalProblem& canonical,
+                                              const Eigen::VectorXd& v) const {
+    constexpr std::array<std::string_view, 5> kTexts = {
+        "no maximum over y was found", "another y became the higher maximum", "x moved to and fro",
+        "the constraints were not met", "no step was acceptable"};
+    constexpr Index kShown = 3;  // Min variables
+    std::string text;
+    for (const auto k : indices(counts_)) {
+      if (counts_[k] == 0) continue;
+      text += (text.empty() ? "" : ", ") + std::string(kTexts[k]) + " (" +
+              std::to_string(counts_[k]) + (counts_[k] == 1 ? " time)" : " times)");
+    }
+    const IndexRange x = canonical.x();
+    for (Index i = x.begin; i < std::min(x.end, x.begin + kShown); ++i) {
+      text += (i == x.begin ? ", last at " : ", ") + canonical.column_name(i) + " = " +
+              number_text(v[i] / canonical.variable_scale(i), 4);
+    }
+    return text + (x.size() > kShown ? ", ..." : "");
+  }
 
  private:
   Index allowed_;
-  Setbacks setbacks_;
-  Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
-  Merit best_{1e300, 1e300};   ///< least violation and value at this mu
-  Index stale_steps_ = 0;      ///< in a row that improved neither
-  bool jumped_ = false;        ///< to another branch since the last progress
+  std::array<Index, 5> counts_{};  ///< of the setbacks, by kind
+  Index inner_unbounded_ = 0;      ///< inner phases in which y ran away
+  Merit best_{1e300, 1e300};       ///< least violation and value at this mu
+  Index stale_steps_ = 0;          ///< in a row that improved neither
+  bool jumped_ = false;            ///< to another branch since the last progress
 };
 
 }  // namespace ipminmax

@@ -16,6 +16,7 @@
 #include "core/model/parameters.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
+#include "core/point/step_length.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
@@ -51,7 +52,7 @@ struct StepReport {
   std::string message{};            ///< of the failure
   StepKind kind = StepKind::None;
   double delta_x = 0.0, delta_y = 0.0;  ///< shifts of W
-  double alpha_primal = 0.0, alpha_dual = 0.0;
+  StepLength alpha{.primal = 0.0, .dual = 0.0};
   double step_norm = 0.0;  ///< infinity norm of the primal step
   Index trials = 0;
   ShiftFindings shifts{};
@@ -75,7 +76,6 @@ struct IterationBudget {
     const bool limited = factorizations < std::numeric_limits<Index>::max();
     return limited ? std::max<Index>(0, factorizations - parameters::kKeptForTest) : factorizations;
   }
-  [[nodiscard]] Index factorizations_with_test() const { return factorizations; }
 
   [[nodiscard]] bool is_spent() const { return iteration + restoration >= limit; }
   /// For a restoration: the step back counts, too.
@@ -95,11 +95,6 @@ struct MethodContext {
   Counts& counts;
 };
 
-/// How to leave a first-order point.
-struct EscapeRequest {
-  const std::optional<WrongCurvature>& wrong;  ///< the offending curvature, where it is known
-};
-
 /// A rule that leads from point to point. Points given have functions, derivatives and dual
 /// residual; they stay as they are.
 class StepMethod {
@@ -110,10 +105,11 @@ class StepMethod {
   /// limit any failure may come.
   [[nodiscard]] virtual StepReport step(const Point& from, double mu, Point& to) = 0;
   /// Leaves a first-order point that is no solution, with a wrong inertia, along a direction of the
-  /// offending curvature. Not moved: no allowed attempt is left, none helps, or the method knows
-  /// none.
+  /// offending curvature, wrong where that is known. Not moved: no allowed attempt is left, none
+  /// helps, or the method knows none.
   [[nodiscard]] virtual StepReport escape(const Point& /*from*/, double /*mu*/,
-                                          const EscapeRequest& /*request*/, Point& /*to*/) {
+                                          const std::optional<WrongCurvature>& /*wrong*/,
+                                          Point& /*to*/) {
     return {};
   }
   /// The barrier parameter changed: earlier merits no longer compare.

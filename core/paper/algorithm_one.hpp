@@ -91,8 +91,7 @@ class AlgorithmOne final : public StepMethod {
       fail(status, "at every point tried along the step", report);
       return false;
     }
-    report.alpha_primal = alpha.primal;
-    report.alpha_dual = alpha.dual;
+    report.alpha = alpha;
     report.step_norm = max_norm(step_.v);
     clip_bound_multipliers(canonical, mu, context_.options.kappa_sigma, to.iterate);
     status = evaluate_derivatives(canonical, to);

@@ -112,7 +112,7 @@ std::optional<Regularization> choose_shift(KktSystem& kkt, const SolverOptions& 
                                            Counts& counts, double mu) {
   const auto prescribed = prescribed_shift(options);
   if (!prescribed) {
-    return InertiaCorrection(kkt, options, counts, nullptr, Certainty::Certain).correct(mu);
+    return InertiaCorrection(kkt, options, counts, Certainty::Certain).correct(mu);
   }
   const bool regular = kkt.factorize(*prescribed).status == FactorizationStatus::Ok;
   return regular ? prescribed : std::nullopt;

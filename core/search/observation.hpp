@@ -41,8 +41,8 @@ class Observation {
     info.step_norm = step.step_norm;
     info.delta_x = step.delta_x;
     info.delta_y = step.delta_y;
-    info.alpha_dual = step.alpha_dual;
-    info.alpha_primal = step.alpha_primal;
+    info.alpha_dual = step.alpha.dual;
+    info.alpha_primal = step.alpha.primal;
     info.step_kind = static_cast<char>(step.kind);
     info.shifts = step.shifts;
     info.trials = step.trials;

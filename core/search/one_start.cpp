@@ -25,11 +25,6 @@ namespace {
   return true;
 }();
 
-void set_seconds(const Stopwatch& stopwatch, Result& result) {
-  result.seconds = result.timing.total = stopwatch.wall();
-  result.cpu_seconds = stopwatch.cpu();
-}
-
 /// Whether variables with equal bounds are taken out and may be kept instead.
 bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& options) {
   const auto treatment = options.fixed_variable_treatment;
@@ -40,104 +35,6 @@ bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& op
     if (s.variable_lower[i] == s.variable_upper[i]) return true;
   }
   return false;
-}
-
-/// Where too few degrees of freedom are left without the fixed variables, their bounds are moved
-/// apart, as in Ipopt.
-Result solve_as_given(Problem& problem, const SolverOptions& options, Budget& budget,
-                      const SolveObserver& observer, KeptWork* kept) {
-  Result refused = run_searches(problem, options, budget, observer, kept);
-  if (refused.status != Status::TooFewDegreesOfFreedom ||
-      !may_keep_fixed_variables(problem.structure(), options)) {
-    return refused;
-  }
-  SolverOptions relaxed = options;
-  relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
-  Result result = run_searches(problem, relaxed, budget, observer, kept);
-  if (result.status == Status::TooFewDegreesOfFreedom) return refused;
-  result.fixed_variables_relaxed = true;
-  if (observer.message) {
-    observer.message(
-        "The bounds of fixed variables were moved apart (fixed_variable_treatment "
-        "relax_bounds): without these variables there were " +
-        refused.message + ".");
-  }
-  return result;
-}
-
-/// With second derivatives from differences. Where the pattern turns out to have missed entries at
-/// the end of a solve, it grows and the solve starts anew.
-Result solve_with_differences(Problem& problem, SolverOptions options, Budget& budget,
-                              const SolveObserver& observer, KeptWork* kept) {
-  options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
-  const Stopwatch stopwatch;
-  const auto say = [&](const std::string& text) {
-    if (observer.message) observer.message(text);
-  };
-  Result result;
-  FiniteDifferenceHessian model(problem, options,
-                                kept && kept->hessian_pattern ? &*kept->hessian_pattern : nullptr);
-  const double detection = stopwatch.wall();
-  for (int restarts = 0;; ++restarts) {
-    say("Second derivatives from finite differences: " +
-        std::to_string(model.structure().hessian.size()) + " entries by " +
-        std::to_string(model.groups()) + " groups of variables.");
-    result = solve_as_given(model, options, budget, observer, kept);
-    constexpr int kMostRestarts = 6;
-    if (restarts == kMostRestarts || stopped_from_outside(result.status)) break;
-    // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
-    // the solve failed.
-    if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {
-      std::vector<double> unused(result.v.size());
-      static_cast<void>(model.hessian_errors(result.v, 1.0, result.lambda, unused));
-    }
-    if (!model.widen()) break;
-    say("The Hessian has entries that its structure misses: starting anew with more.");
-  }
-  result.counts.gradient += model.gradients();
-  result.counts.jacobian += model.jacobians();
-  result.timing.evaluations += detection;
-  set_seconds(stopwatch, result);
-  return result;
-}
-
-/// With quasi-Newton matrices, of a minimization: they have no inertia to certify with.
-Result solve_by_quasi_newton(Problem& problem, SolverOptions options, Budget& budget,
-                             const SolveObserver& observer, KeptWork* kept) {
-  options.minmax_certificate = CertificateEffort::None;
-  if (options.mu_strategy == BarrierStrategy::Unset &&
-      options.minmax_barrier_rule == BarrierRule::Ipopt) {
-    options.mu_strategy = BarrierStrategy::Adaptive;
-  }
-  Restructured model(problem);
-  model.changed.has_hessian = false;
-  model.changed.hessian.clear();
-  Result result = solve_as_given(model, options, budget, observer, kept);
-  if (is_success(result.status) && result.message == name_of(result.status))
-    result.message += "; limited-memory Hessian: nothing is certified";
-  return result;
-}
-
-Result solve_once(Problem& problem, const SolverOptions& options, Budget& budget,
-                  const SolveObserver& observer, KeptWork* kept) {
-  using enum HessianApproximation;
-  const bool has_hessian = problem.structure().has_hessian;
-  const auto approximation = options.hessian_approximation;
-  const bool asks_model =
-      has_hessian && approximation != LimitedMemory && approximation != FiniteDifferenceValues;
-  if (asks_model || !check(options).empty()) {
-    return solve_as_given(problem, options, budget, observer, kept);
-  }
-  if (approximation == Exact) {
-    return without_point(
-        Status::InvalidOption,
-        "hessian_approximation = exact needs second derivatives, and the model has none\n"
-        "use finite-difference-values");
-  }
-  if (approximation == LimitedMemory && !has_max_variables(problem.structure())) {
-    return solve_by_quasi_newton(problem, options, budget, observer, kept);
-  }
-  return solve_with_differences(problem, options, budget, observer, kept);
 }
 
 /// A function was evaluated, in vain: the numbers of the start itself are in order.
@@ -155,34 +52,133 @@ Result cut_at_start(Status why, Result undefined) {
   return undefined;
 }
 
-/// Where a game is not defined at its own starting point: from the first of other ones where it is.
-Result solve_elsewhere(Problem& problem, const SolverOptions& options, Budget& budget,
-                       const SolveObserver& observer, KeptWork* kept, Result undefined) {
-  if (!makes_new_starts(options) || !has_max_variables(problem.structure())) return undefined;
-  const Stopwatch stopwatch;
-  const std::vector<double> own = starting_values(problem);
-  SolverOptions cold = options;
-  cold.warm_start_init_point = false;
-  for (Index start = 1; !own.empty() && start <= options.minmax_max_restarts; ++start) {
-    const std::string which = "new start " + std::to_string(start);
-    if (observer.message) observer.message(undefined.message + "; " + which);
-    Restarted restarted(problem, random_start(problem.structure(), own, start, options));
-    Result result = solve_once(restarted, cold, budget, observer, kept);
-    const bool defined = !start_is_undefined(result);
-    if (defined && !is_success(result.status)) {
-      result.message += "\nthis is from " + which + ", since " + undefined.message;
+/// One solve; see solve_from_start.
+struct OneStart {
+  Budget& budget;
+  const SolveObserver& observer;
+  KeptWork* kept;
+
+  void say(const std::string& text) const {
+    if (observer.message) observer.message(text);
+  }
+
+  /// Where too few degrees of freedom are left without the fixed variables, their bounds are moved
+  /// apart, as in Ipopt.
+  Result solve_as_given(Problem& problem, const SolverOptions& options) const {
+    Result refused = run_searches(problem, options, budget, observer, kept);
+    if (refused.status != Status::TooFewDegreesOfFreedom ||
+        !may_keep_fixed_variables(problem.structure(), options)) {
+      return refused;
     }
-    Result& all = defined ? result : undefined;
-    add_work(defined ? undefined : result, all);
-    set_seconds(stopwatch, all);
-    if (defined || stopped_from_outside(result.status)) return all;
+    SolverOptions relaxed = options;
+    relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
+    Result result = run_searches(problem, relaxed, budget, observer, kept);
+    if (result.status == Status::TooFewDegreesOfFreedom) return refused;
+    result.fixed_variables_relaxed = true;
+    say("The bounds of fixed variables were moved apart (fixed_variable_treatment "
+        "relax_bounds): without these variables there were " +
+        refused.message + ".");
+    return result;
   }
-  if (!own.empty()) {
-    undefined.message +=
-        ", nor at " + std::to_string(options.minmax_max_restarts) + " other points";
+
+  /// With second derivatives from differences. Where the pattern turns out to have missed entries
+  /// at the end of a solve, it grows and the solve starts anew.
+  Result solve_with_differences(Problem& problem, SolverOptions options) const {
+    options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
+    const Stopwatch stopwatch;
+    Result result;
+    FiniteDifferenceHessian model(
+        problem, options, kept && kept->hessian_pattern ? &*kept->hessian_pattern : nullptr);
+    const double detection = stopwatch.wall();
+    for (int restarts = 0;; ++restarts) {
+      say("Second derivatives from finite differences: " +
+          std::to_string(model.structure().hessian.size()) + " entries by " +
+          std::to_string(model.groups()) + " groups of variables.");
+      result = solve_as_given(model, options);
+      constexpr int kMostRestarts = 6;
+      if (restarts == kMostRestarts || stopped_from_outside(result.status)) break;
+      // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
+      // the solve failed.
+      if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {
+        std::vector<double> unused(result.v.size());
+        static_cast<void>(model.hessian_errors(result.v, 1.0, result.lambda, unused));
+      }
+      if (!model.widen()) break;
+      say("The Hessian has entries that its structure misses: starting anew with more.");
+    }
+    result.counts.gradient += model.gradients();
+    result.counts.jacobian += model.jacobians();
+    result.timing.evaluations += detection;
+    set_seconds(stopwatch, result);
+    return result;
   }
-  return undefined;
-}
+
+  /// With quasi-Newton matrices, of a minimization: they have no inertia to certify with.
+  Result solve_by_quasi_newton(Problem& problem, SolverOptions options) const {
+    options.minmax_certificate = CertificateEffort::None;
+    if (options.mu_strategy == BarrierStrategy::Unset &&
+        options.minmax_barrier_rule == BarrierRule::Ipopt) {
+      options.mu_strategy = BarrierStrategy::Adaptive;
+    }
+    Restructured model(problem);
+    model.changed.has_hessian = false;
+    model.changed.hessian.clear();
+    Result result = solve_as_given(model, options);
+    if (is_success(result.status) && result.message == name_of(result.status))
+      result.message += "; limited-memory Hessian: nothing is certified";
+    return result;
+  }
+
+  Result solve_once(Problem& problem, const SolverOptions& options) const {
+    using enum HessianApproximation;
+    const bool has_hessian = problem.structure().has_hessian;
+    const auto approximation = options.hessian_approximation;
+    const bool asks_model =
+        has_hessian && approximation != LimitedMemory && approximation != FiniteDifferenceValues;
+    if (asks_model || !check(options).empty()) {
+      return solve_as_given(problem, options);
+    }
+    if (approximation == Exact) {
+      return without_point(
+          Status::InvalidOption,
+          "hessian_approximation = exact needs second derivatives, and the model has none\n"
+          "use finite-difference-values");
+    }
+    if (approximation == LimitedMemory && !has_max_variables(problem.structure())) {
+      return solve_by_quasi_newton(problem, options);
+    }
+    return solve_with_differences(problem, options);
+  }
+
+  /// Where a game is not defined at its own starting point: from the first of other ones where it
+  /// is.
+  Result solve_elsewhere(Problem& problem, const SolverOptions& options, Result undefined) const {
+    if (!makes_new_starts(options) || !has_max_variables(problem.structure())) return undefined;
+    const Stopwatch stopwatch;
+    const std::vector<double> own = starting_values(problem);
+    SolverOptions cold = options;
+    cold.warm_start_init_point = false;
+    for (Index start = 1; !own.empty() && start <= options.minmax_max_restarts; ++start) {
+      const std::string which = "new start " + std::to_string(start);
+      say(undefined.message + "; " + which);
+      Restarted restarted(problem, random_start(problem.structure(), own, start, options));
+      Result result = solve_once(restarted, cold);
+      const bool defined = !start_is_undefined(result);
+      if (defined && !is_success(result.status)) {
+        result.message += "\nthis is from " + which + ", since " + undefined.message;
+      }
+      Result& all = defined ? result : undefined;
+      add_work(defined ? undefined : result, all);
+      set_seconds(stopwatch, all);
+      if (defined || stopped_from_outside(result.status)) return all;
+    }
+    if (!own.empty()) {
+      undefined.message +=
+          ", nor at " + std::to_string(options.minmax_max_restarts) + " other points";
+    }
+    return undefined;
+  }
+};
 
 }  // namespace
 
@@ -202,10 +198,11 @@ Result without_point(Status status, std::string message) {
 Result solve_from_start(Problem& problem, const SolverOptions& options, Budget& budget,
                         const SolveObserver& observer, KeptWork* kept) {
   try {
-    Result result = solve_once(problem, options, budget, observer, kept);
+    const OneStart start{.budget = budget, .observer = observer, .kept = kept};
+    Result result = start.solve_once(problem, options);
     if (start_is_undefined(result)) {
       if (const auto why = budget.interrupted()) return cut_at_start(*why, std::move(result));
-      result = solve_elsewhere(problem, options, budget, observer, kept, std::move(result));
+      result = start.solve_elsewhere(problem, options, std::move(result));
     }
     diagnose_failure(problem, options, result);
     return result;

@@ -17,6 +17,11 @@ bool stopped_from_outside(Status status) {
          status == Status::MaxWallTime || status == Status::OutOfMemory;
 }
 
+void set_seconds(const Stopwatch& stopwatch, Result& result) {
+  result.seconds = result.timing.total = stopwatch.wall();
+  result.cpu_seconds = stopwatch.cpu();
+}
+
 SearchOutcome better(SearchOutcome earlier, SearchOutcome later) {
   if (is_success(later.status) || later.status == Status::UserStop) return later;
   return is_success(earlier.status) || search_failed(later.status) ? std::move(earlier)

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/method/step_method.hpp"
+#include "core/model/timer.hpp"
 #include "core/point/point.hpp"
 #include "core/result.hpp"
 
@@ -28,6 +29,9 @@ struct SearchOutcome {
 
 /// By its user, a time limit or a lack of memory: nothing else is tried after it.
 [[nodiscard]] bool stopped_from_outside(Status status);
+
+/// Of the stopwatch.
+void set_seconds(const Stopwatch& stopwatch, Result& result);
 
 /// What a solve reports of two outcomes: a solution, where both are none the first failure, unless
 /// the later search was stopped and did not fail.

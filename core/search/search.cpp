@@ -194,7 +194,7 @@ Search::Verdict Search::judge(Status claim) {
   }
   const KktSystem::Counting counting(context_.kkt, FactorizationCause::Certificate);
   const Index before = context_.kkt.factorizations();
-  context_.kkt.allow_factorizations(context_.budget.factorizations_with_test());
+  context_.kkt.allow_factorizations(context_.budget.factorizations);
   finding = certify(context_.canonical, context_.kkt, arrays_.point, barrier_.mu(),
                     context_.options, factorizations_for_test(), arrays_.certificate);
   context_.kkt.allow_factorizations(context_.budget.factorizations_of_steps());
@@ -254,7 +254,7 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
                           (!minimization || wrong) && found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
-  StepReport step = method.escape(arrays_.point, barrier_.mu(), {.wrong = wrong}, arrays_.next);
+  StepReport step = method.escape(arrays_.point, barrier_.mu(), wrong, arrays_.next);
   if (!step.moved) return false;
   if (degenerate) kept = ended(Verdict{verdict});
   step_ = std::move(step);

@@ -14,6 +14,7 @@
 #include "core/model/norms.hpp"
 #include "core/paper/algorithm_one.hpp"
 #include "core/search/divergence.hpp"
+#include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/search.hpp"
@@ -63,47 +64,30 @@ class Solve {
   }
 
  private:
-  /// What the searches work with.
-  struct Machinery {
-    explicit Machinery(Solve& solve)
-        : kkt(solve.canonical_, solve.options_, solve.counts_, solve.timing_, &solve.limit_,
-              {.analysis = solve.kept_analysis(), .arrays = &solve.arrays_.kkt}),
-          correction(kkt, solve.options_, solve.counts_, &solve.limit_),
-          context{.canonical = solve.canonical_,
-                  .kkt = kkt,
-                  .correction = correction,
-                  .options = solve.options_,
-                  .limit = solve.limit_,
-                  .budget = solve.budget_,
-                  .counts = solve.counts_},
-          observation(solve.observer_, context,
-                      [&solve](Result& result) { solve.set_totals(result); }),
-          others(context),
-          best_point(solve.arrays_.search.best) {
-      best_point.begin_anew();
-      kkt.allow_factorizations(solve.budget_.factorizations_of_steps());
-    }
+  /// Makes what the searches work with.
+  void begin() {
+    kkt_.emplace(canonical_, options_, counts_, timing_, &limit_,
+                 KeptKkt{.analysis = kept_ && kept_->analysis ? &*kept_->analysis : nullptr,
+                         .arrays = &arrays_.kkt});
+    correction_.emplace(*kkt_, options_, counts_);
+    context_.emplace(MethodContext{.canonical = canonical_,
+                                   .kkt = *kkt_,
+                                   .correction = *correction_,
+                                   .options = options_,
+                                   .limit = limit_,
+                                   .budget = budget_,
+                                   .counts = counts_});
+    observation_.emplace(observer_, *context_, [this](Result& result) { set_totals(result); });
+    others_.emplace(*context_);
+    arrays_.search.best.begin_anew();
+    kkt_->allow_factorizations(budget_.factorizations_of_steps());
+  }
 
-    /// Of all searches, with the outcome of the last one.
-    [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
-      return better(best, better(left, std::move(last)));
-    }
+  /// Of all searches, with the outcome of the last one.
+  [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
+    return better(best_, better(left_, std::move(last)));
+  }
 
-    KktSystem kkt;
-    InertiaCorrection correction;
-    MethodContext context;
-    Observation observation;
-    OtherStarts others;
-    std::optional<BarrierUpdate> barrier;
-    bool rule_changed = false;          ///< a minimization's barrier, from one search to the next
-    std::optional<Search> search;       ///< the last one
-    std::optional<SearchOutcome> left;  ///< by the last one, for a better point
-    std::optional<SearchOutcome> best;  ///< of those before
-    BestPoint& best_point;              ///< of all
-    /// Of the last search, one of them.
-    std::optional<GlobalizedMethod> globalized;
-    std::optional<AlgorithmOne> algorithm_one;
-  };
   Result run_guarded() {
     try {
       return run_checked();
@@ -153,16 +137,14 @@ class Solve {
 
   Result search() {
     if (limit_.expired()) return at_start();
-    Machinery machinery(*this);
-    if (limit_.expired() || !analyze(machinery)) {
+    begin();
+    if (limit_.expired() || !analyze()) {
       return limit_.exceeded()
                  ? at_start()
                  : without_point(Status::OutOfMemory, "out of memory in the analysis");
     }
     const auto stopped = [&](Status status, const char* why) {
-      return machinery.search
-                 ? finish(machinery, machinery.best_with(machinery.search->ended(status, why)))
-                 : without_point(status, why);
+      return search_ ? finish(best_with(search_->ended(status, why))) : without_point(status, why);
     };
     try {
       Start& first = arrays_.search.start;
@@ -171,66 +153,61 @@ class Solve {
       first.rule = Start::Rule::Chosen;
       first.deadline.reset();
       std::string message;
-      if (const auto status = evaluate_start(machinery.context, options_, first.point, message)) {
+      if (const auto status = evaluate_start(*context_, options_, first.point, message)) {
         Result result = without_point(*status, std::move(message));
-        keep_work(machinery, *status);
+        keep_work(*status);
         return result;
       }
-      return finish(machinery, search_all(machinery, first));
+      return finish(search_all(first));
     } catch (const FactorsOutOfMemory& error) {
       return stopped(Status::OutOfMemory, error.what());
     } catch (const SolverUnavailable& error) {
       if (purpose_ == Purpose::Restoration) throw;
-      machinery.best.reset();  // this is why nothing better was found
+      best_.reset();  // this is why nothing better was found
       return stopped(Status::LinearSolverFailed, error.what());
     } catch (const std::length_error&) {
-      observer_threw_ = machinery.observation.is_inside();
+      observer_threw_ = observation_->is_inside();
       throw;
     }
   }
 
-  bool analyze(Machinery& machinery) {
-    if (!machinery.kkt.analyze(kept_ ? kept_->analysis : std::nullopt)) return false;
+  bool analyze() {
+    if (!kkt_->analyze()) return false;
     if (!kept_) return true;
     // Before any factorization, so that every search begins with the same solvers in the same
     // places.
-    if (kept_->structure_only && !kept_->analysis) kept_->analysis = machinery.kkt.analysis();
-    if (options_.minmax_warm_start_shifts) machinery.correction.remember(kept_->shifts);
+    if (kept_->structure_only && !kept_->analysis) kept_->analysis = kkt_->analysis();
+    if (options_.minmax_warm_start_shifts) correction_->remember(kept_->shifts);
     return true;
   }
 
-  const KktAnalysis* kept_analysis() const {
-    return kept_ && kept_->analysis ? &*kept_->analysis : nullptr;
-  }
-
-  SearchOutcome search_all(Machinery& machinery, Start& start) {
-    machinery.barrier.emplace(machinery.context, start.point);
+  SearchOutcome search_all(Start& start) {
+    barrier_.emplace(*context_, start.point);
     for (;;) {
-      SearchOutcome outcome = machinery.best_with(search_from(start, machinery));
+      SearchOutcome outcome = best_with(search_from(start));
       const bool goes_on = search_failed(outcome.status);
-      machinery.best = std::move(outcome);
-      auto next = goes_on ? next_start(machinery) : std::nullopt;
+      best_ = std::move(outcome);
+      auto next = goes_on ? next_start() : std::nullopt;
       if (!next) break;
       start = std::move(*next);
     }
-    SearchOutcome best = std::move(*machinery.best);
-    if (search_failed(best.status) && machinery.others.drawn() > 0) {
+    SearchOutcome best = std::move(*best_);
+    if (search_failed(best.status) && others_->drawn() > 0) {
       if (best.message.empty()) best.message = std::string(name_of(best.status));
-      best.message += "\n" + machinery.others.describe();
+      best.message += "\n" + others_->describe();
     }
     return best;
   }
 
-  SearchOutcome search_from(const Start& start, Machinery& machinery) {
-    machinery.search.emplace(machinery.context, purpose_, *machinery.barrier, machinery.observation,
-                             start, arrays_.search);
-    StepMethod& method = method_for(start, machinery);
-    if (auto found = contradiction(*machinery.search)) return std::move(*found);
-    SearchOutcome outcome = machinery.search->run(method, machinery.left);
-    if (returns_best(machinery.best_point, outcome)) take_best(machinery.best_point, outcome);
+  SearchOutcome search_from(const Start& start) {
+    search_.emplace(*context_, purpose_, *barrier_, *observation_, start, arrays_.search);
+    StepMethod& method = method_for(start);
+    if (auto found = contradiction(*search_)) return std::move(*found);
+    SearchOutcome outcome = search_->run(method, left_);
+    if (returns_best(outcome)) take_best(outcome);
     const bool is_first = start.how == StepKind::None;
     if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
-      name_infeasibility(machinery.context, problem_.structure(), restorer(machinery), outcome);
+      name_infeasibility(*context_, problem_.structure(), restorer(), outcome);
     }
     return outcome;
   }
@@ -244,12 +221,12 @@ class Solve {
   }
 
   /// A minimization that is stuck: once more from the model's start.
-  std::optional<Start> start_with_other_rule(Machinery& machinery) {
-    const Status status = machinery.best->status;
+  std::optional<Start> start_with_other_rule() {
+    const Status status = best_->status;
     const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed ||
                        status == Status::InertiaCorrectionFailed ||
                        status == Status::NotLocalMinmax;
-    if (!stuck || machinery.rule_changed || !may_change_rule() || budget_.is_spent()) {
+    if (!stuck || rule_changed_ || !may_change_rule() || budget_.is_spent()) {
       return std::nullopt;
     }
     SolverOptions cold = options_;
@@ -257,76 +234,73 @@ class Solve {
     Start start;
     start.how = StepKind::NewStart;
     begin_at(canonical_, canonical_.starting_point(), start.point);
-    machinery.correction.begin_anew();
-    machinery.kkt.reset_quality();
+    correction_->begin_anew();
+    kkt_->reset_quality();
     std::string unused;
-    if (evaluate_start(machinery.context, cold, start.point, unused) ||
-        !machinery.barrier->change_rule(start.point)) {
+    if (evaluate_start(*context_, cold, start.point, unused) ||
+        !barrier_->change_rule(start.point)) {
       return std::nullopt;
     }
-    machinery.rule_changed = true;
-    machinery.observation.say(
+    rule_changed_ = true;
+    observation_->say(
         std::string("no solution from here; trying again with mu_strategy ") +
         (options_.mu_strategy == BarrierStrategy::Adaptive ? "monotone" : "adaptive"));
-    machinery.barrier->begin_anew();
+    barrier_->begin_anew();
     ++budget_.iteration;
     return start;
   }
 
-  std::optional<Start> next_start(Machinery& machinery) {
-    if (canonical_.max_size() == 0) return start_with_other_rule(machinery);
+  std::optional<Start> next_start() {
+    if (canonical_.max_size() == 0) return start_with_other_rule();
     if (!makes_new_starts(options_) || budget_.is_spent()) return std::nullopt;
-    auto next = machinery.others.next();
+    auto next = others_->next();
     if (!next) return std::nullopt;
-    machinery.observation.say("no local minmax found from here; new start " +
-                              std::to_string(machinery.others.drawn()) +
-                              (next->rule == Start::Rule::AlgorithmOne ? ", by Algorithm 1" : ""));
-    machinery.barrier->begin_anew();
+    observation_->say("no local minmax found from here; new start " +
+                      std::to_string(others_->drawn()) +
+                      (next->rule == Start::Rule::AlgorithmOne ? ", by Algorithm 1" : ""));
+    barrier_->begin_anew();
     ++budget_.iteration;
     return next;
   }
 
-  StepMethod& method_for(const Start& start, Machinery& machinery) {
+  StepMethod& method_for(const Start& start) {
     const bool is_first = start.how == StepKind::None;
     if (start.rule == Start::Rule::Chosen && has_line_search()) {
-      return machinery.globalized.emplace(machinery.context, restorer(machinery), start.point,
-                                          arrays_.method);
+      return globalized_.emplace(*context_, restorer(), start.point, arrays_.method);
     }
     if (is_first && options_.minmax_freeze_tol > 0.0) {
-      machinery.observation.say(
+      observation_->say(
           "minmax_freeze_tol > 0: shifts that are kept depend on where the iterates came from, so "
           "points that are no local minmax may attract them; the certificate tells");
     }
-    return machinery.algorithm_one.emplace(machinery.context);
+    return algorithm_one_.emplace(*context_);
   }
 
-  Restorer restorer(Machinery& machinery) {
+  Restorer restorer() {
     if (purpose_ == Purpose::Restoration) return {};
-    Restorer restorer{.solve =
-                          [this, &machinery](Problem& problem, const SolverOptions& options,
-                                             const SolveObserver& observer) {
-                            return restoration(machinery, problem, options, observer);
-                          },
-                      .observe = {}};
-    if (machinery.observation.is_wanted()) {
-      restorer.observe = [&machinery](const IterationInfo& nested, const Point& from,
-                                      const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
-        return machinery.observation.tell_restoration(machinery.barrier->mu(), nested, from, v, c);
+    Restorer restorer{
+        .solve =
+            [this](Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+              return restoration(problem, options, observer);
+            },
+        .observe = {}};
+    if (observation_->is_wanted()) {
+      restorer.observe = [this](const IterationInfo& nested, const Point& from,
+                                const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
+        return observation_->tell_restoration(barrier_->mu(), nested, from, v, c);
       };
     }
     return restorer;
   }
 
-  Result restoration(Machinery& machinery, Problem& problem, const SolverOptions& options,
+  Result restoration(Problem& problem, const SolverOptions& options,
                      const SolveObserver& observer) {
     SolverOptions own = options;
     if (options_.minmax_max_factorizations > 0) {
-      own.minmax_max_factorizations = machinery.kkt.factorizations_left();
+      own.minmax_max_factorizations = kkt_->factorizations_left();
       if (own.minmax_max_factorizations <= 0) {
         limit_.exceed(Status::MaxIterations);
-        Result none;
-        none.status = Status::MaxIterations;
-        return none;
+        return ipminmax::without_point(Status::MaxIterations, {});
       }
     }
     Result result = Solve(problem, own, shared_, observer, Purpose::Restoration, nullptr).run();
@@ -349,9 +323,10 @@ class Solve {
   }
 
   /// Whether a solve that ended so returns the best point that it has seen instead of that.
-  bool returns_best(const BestPoint& best, const SearchOutcome& ended) const {
+  bool returns_best(const SearchOutcome& ended) const {
     if (purpose_ != Purpose::Solution || !has_line_search()) return false;
     const PointRank reached = rank_of(canonical_, options_, ended.point);
+    const PointRank& best = arrays_.search.best.rank();
     switch (ended.status) {
       case Status::TinyStep:
       case Status::RestorationFailed:
@@ -359,19 +334,19 @@ class Solve {
       case Status::LinearSolverFailed:
       case Status::EvaluationFailed:
       case Status::InvalidNumber:
-        return best.rank() < reached;
+        return best < reached;
       case Status::MaxIterations:
       case Status::MaxCpuTime:
       case Status::MaxWallTime:
         // A minimization that goes on later does so from the last point, unless that is infeasible.
-        return canonical_.max_size() > 0 ? best.rank() < reached
-                                         : best.rank().violation < reached.violation;
+        return canonical_.max_size() > 0 ? best < reached : best.violation < reached.violation;
       default:  // the last point shows what the status says, or is the user's
         return false;
     }
   }
 
-  void take_best(const BestPoint& best, SearchOutcome& outcome) {
+  void take_best(SearchOutcome& outcome) {
+    const BestPoint& best = arrays_.search.best;
     outcome.point = best.point();
     outcome.mu = best.mu();
     outcome.certificate = {};
@@ -381,8 +356,8 @@ class Solve {
     outcome.of_iteration = best.iteration();
   }
 
-  Result finish(Machinery& machinery, SearchOutcome outcome) {
-    if (returns_best(machinery.best_point, outcome)) take_best(machinery.best_point, outcome);
+  Result finish(SearchOutcome outcome) {
+    if (returns_best(outcome)) take_best(outcome);
     if (outcome.of_iteration && !outcome.message.empty()) {
       outcome.message += "\nthe returned point is the best one seen, of iteration " +
                          std::to_string(*outcome.of_iteration);
@@ -393,16 +368,14 @@ class Solve {
     arrays_.search.ended = std::move(outcome.point);
     result.iterations = budget_.iteration;
     if (result.message.empty()) result.message.assign(name_of(result.status));
-    keep_work(machinery, result.status);
+    keep_work(result.status);
     set_totals(result);
     return result;
   }
 
   Result without_point(Status status, std::string message) {
     if (kept_ && !kept_->structure_only) kept_->forget();
-    Result result;
-    result.status = status;
-    result.message = std::move(message);
+    Result result = ipminmax::without_point(status, std::move(message));
     set_totals(result);
     return result;
   }
@@ -460,7 +433,7 @@ class Solve {
     return true;
   }
 
-  void keep_work(const Machinery& machinery, Status status) {
+  void keep_work(Status status) {
     if (!kept_ || kept_->structure_only) return;
     if (status == Status::OutOfMemory) {
       kept_->forget();
@@ -468,8 +441,8 @@ class Solve {
     }
     if (options_.nlp_scaling_method != Scaling::GradientBased) kept_->scaling.reset();
     if (canonical_.gradient_scaling()) kept_->scaling = canonical_.gradient_scaling();
-    kept_->analysis = machinery.kkt.analysis();
-    kept_->shifts = is_success(status) ? machinery.correction.memory() : ShiftMemory{};
+    kept_->analysis = kkt_->analysis();
+    kept_->shifts = is_success(status) ? correction_->memory() : ShiftMemory{};
   }
 
   void set_totals(Result& result) const {
@@ -477,9 +450,7 @@ class Solve {
     result.counts.restoration_iterations = budget_.restoration;
     result.timing = timing_;
     result.factorizations = counts_.factorizations_full + counts_.factorizations_inner;
-    result.seconds = limit_.stopwatch().wall();
-    result.cpu_seconds = limit_.stopwatch().cpu();
-    result.timing.total = result.seconds;
+    set_seconds(limit_.stopwatch(), result);
   }
 
   Problem& problem_;
@@ -496,6 +467,20 @@ class Solve {
   IterationBudget budget_;
   CanonicalProblem canonical_;
   bool observer_threw_ = false;
+  // What the searches work with.
+  std::optional<KktSystem> kkt_;
+  std::optional<InertiaCorrection> correction_;
+  std::optional<MethodContext> context_;
+  std::optional<Observation> observation_;
+  std::optional<OtherStarts> others_;
+  std::optional<BarrierUpdate> barrier_;
+  bool rule_changed_ = false;          ///< a minimization's barrier, from one search to the next
+  std::optional<Search> search_;       ///< the last one
+  std::optional<SearchOutcome> left_;  ///< by the last one, for a better point
+  std::optional<SearchOutcome> best_;  ///< of those before
+  // Of the last search, one of them.
+  std::optional<GlobalizedMethod> globalized_;
+  std::optional<AlgorithmOne> algorithm_one_;
 };
 
 }  // namespace

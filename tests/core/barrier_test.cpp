@@ -27,7 +27,6 @@ TEST(FinalBarrier, MeasuresComplementarityInTheModelsUnits) {
   options.tol = 1e-3;
   options.compl_inf_tol = 1e-4;
   EXPECT_DOUBLE_EQ(final_barrier(options, 0.01), 1e-6 / 11.0);
-  EXPECT_DOUBLE_EQ(final_barrier(options, -0.01), 1e-6 / 11.0) << "a negative factor of f";
   EXPECT_DOUBLE_EQ(final_barrier(options, 1e6), 1e-3 / 11.0);
 }
 
