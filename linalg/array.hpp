@@ -28,9 +28,10 @@ void sort_each_once(Values& values) {
 
 /// Compressed lists of indices: list k is items[starts[k]], ..., items[starts[k + 1] - 1].
 struct Lists {
-  Array<Index> starts;
+  Array<Index> starts{0};
   Array<Index> items;
 
+  [[nodiscard]] Index size() const { return static_cast<Index>(starts.size()) - 1; }
   [[nodiscard]] std::span<const Index> operator[](Index k) const {
     return std::span(items).subspan(at(starts[k]), at(starts[k + 1] - starts[k]));
   }

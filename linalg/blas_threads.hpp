@@ -1,5 +1,7 @@
 #pragma once
 
+#include "linalg/uncopied.hpp"
+
 namespace ipminmax {
 
 /// Threads that OpenBLAS uses; 1 with another BLAS.
@@ -17,12 +19,10 @@ inline constexpr double kOperationsWorthThreads = 1e9;
 /// Held around every call of BLAS. Meanwhile OpenBLAS uses one thread if a factorization of so many
 /// operations is not worth more; the number is the whole process's, and comes back when the last of
 /// them ends. Forks in other threads wait, with any BLAS.
-class SequentialBlas {
+class SequentialBlas : Uncopied {
  public:
   explicit SequentialBlas(double operations);
   ~SequentialBlas();
-  SequentialBlas(const SequentialBlas&) = delete;
-  SequentialBlas& operator=(const SequentialBlas&) = delete;
 
  private:
   bool holds_;

@@ -10,8 +10,8 @@
 
 namespace ipminmax {
 
-EliminationTree elimination_tree(const LowerRows& a) {
-  const Index n = a.dimension();
+EliminationTree elimination_tree(const Lists& a) {
+  const Index n = a.size();
   EliminationTree tree;
   tree.parent.assign(at(n), -1);
   tree.column_starts.assign(at(n) + 1, 0);
@@ -19,10 +19,10 @@ EliminationTree elimination_tree(const LowerRows& a) {
   std::int64_t entries = 0;
   for (Index k = 0; k < n; ++k) {
     mark[k] = k;
-    for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
-      for (Index i = a.columns[at(p)]; mark[i] != k; i = tree.parent[i]) {
+    for (const Index column : a[k]) {
+      for (Index i = column; mark[i] != k; i = tree.parent[i]) {
         if (tree.parent[i] < 0) tree.parent[i] = k;
-        ++tree.column_starts[at(i) + 1];
+        ++tree.column_starts[i + 1];
         ++entries;
         mark[i] = k;
       }
@@ -34,8 +34,8 @@ EliminationTree elimination_tree(const LowerRows& a) {
   return tree;
 }
 
-FactorPattern factor_pattern(const LowerRows& a, const EliminationTree& tree) {
-  const Index n = a.dimension();
+FactorPattern factor_pattern(const Lists& a, const EliminationTree& tree) {
+  const Index n = a.size();
   FactorPattern pattern;
   pattern.rows.resize(at(tree.entries()));
   pattern.columns.reserve(at(tree.entries()));
@@ -46,9 +46,9 @@ FactorPattern factor_pattern(const LowerRows& a, const EliminationTree& tree) {
   for (Index k = 0; k < n; ++k) {
     std::size_t first = stack.size();
     mark[k] = k;
-    for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
+    for (const Index column : a[k]) {
       std::size_t length = 0;  // a path towards the root, kept in front
-      for (Index i = a.columns[at(p)]; mark[i] != k; i = tree.parent[i]) {
+      for (Index i = column; mark[i] != k; i = tree.parent[i]) {
         stack[length++] = i;
         mark[i] = k;
       }
@@ -129,10 +129,10 @@ Array<Index> order_without_fill(const EliminationTree& tree, const FactorPattern
       heaviest = std::max(heaviest, ++weight[i]);
       link(i);
     };
-    for (Index p = tree.column_starts[k]; p < tree.column_starts[at(k) + 1]; ++p) {
+    for (Index p = tree.column_starts[k]; p < tree.column_starts[k + 1]; ++p) {
       raise(pattern.rows[p]);
     }
-    for (Index r = pattern.row_starts[k]; r < pattern.row_starts[at(k) + 1]; ++r) {
+    for (Index r = pattern.row_starts[k]; r < pattern.row_starts[k + 1]; ++r) {
       raise(pattern.columns[r]);
     }
   }

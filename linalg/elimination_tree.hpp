@@ -8,13 +8,8 @@
 
 namespace ipminmax {
 
-/// A symmetric matrix by rows in the order of elimination: row k has the columns
-/// columns[starts[k]] to columns[starts[k + 1] - 1], in any order, none beyond k.
-struct LowerRows {
-  std::span<const Index> starts;  ///< dimension + 1
-  std::span<const Index> columns;
-  [[nodiscard]] Index dimension() const { return static_cast<Index>(starts.size()) - 1; }
-};
+// A symmetric matrix by rows in the order of elimination: of each the columns, in any order, none
+// beyond the row.
 
 /// Elimination tree of a matrix L D L', and the lengths of L's columns (Liu 1990).
 struct EliminationTree {
@@ -25,7 +20,7 @@ struct EliminationTree {
 };
 
 /// Throws std::bad_alloc, also where an Index cannot count L's entries.
-[[nodiscard]] EliminationTree elimination_tree(const LowerRows& a);
+[[nodiscard]] EliminationTree elimination_tree(const Lists& a);
 
 /// Where L has entries beside its diagonal.
 struct FactorPattern {
@@ -35,7 +30,7 @@ struct FactorPattern {
 };
 
 /// Throws std::bad_alloc.
-[[nodiscard]] FactorPattern factor_pattern(const LowerRows& a, const EliminationTree& tree);
+[[nodiscard]] FactorPattern factor_pattern(const Lists& a, const EliminationTree& tree);
 
 /// The rows, children before their parents, every subtree without a gap.
 [[nodiscard]] Array<Index> postorder(std::span<const Index> parent);

@@ -50,10 +50,9 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
     size_ = ordering.size;
     new_index_ = ordering.new_index;
     build_pattern(matrix, signs);
-    const LowerRows lower{lower_.starts, lower_.items};
-    tree_ = elimination_tree(lower);
+    tree_ = elimination_tree(lower_);
     pattern_ = {};  // before the new one
-    pattern_ = factor_pattern(lower, tree_);
+    pattern_ = factor_pattern(lower_, tree_);
     values_.resize(at(tree_.entries()));
     columns_.resize(new_index_.size());
     row_.assign(new_index_.size(), 0.0);

@@ -7,13 +7,14 @@
 #include <new>
 
 #include "linalg/blas_threads.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 
 /// Held around every call of MUMPS and METIS: MUMPS is not thread-safe, and both draw from rand().
 /// A thread may hold it several times: Ipopt's whole solve is such a call, and its model may solve.
 /// A fork waits for it, so that the child finds it as free as its own thread left it.
-class LibraryLock {
+class LibraryLock : Uncopied {
  public:
   LibraryLock() {
     mutex().lock();
@@ -23,8 +24,6 @@ class LibraryLock {
     --depth();
     mutex().unlock();
   }
-  LibraryLock(const LibraryLock&) = delete;
-  LibraryLock& operator=(const LibraryLock&) = delete;
 
  private:
   using Mutex = std::recursive_mutex;

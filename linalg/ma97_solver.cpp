@@ -6,6 +6,7 @@
 
 #include "linalg/blas_threads.hpp"
 #include "linalg/loaded_solver.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 namespace {
@@ -55,7 +56,7 @@ struct Ma97Library : SolverLibrary {
 };
 
 /// What MA97 has allocated.
-struct Ma97Factors {
+struct Ma97Factors : Uncopied {
   explicit Ma97Factors(std::shared_ptr<const Ma97Library> from) : library(std::move(from)) {
     library->defaults(&control);
     control.f_arrays = 0;
@@ -66,8 +67,6 @@ struct Ma97Factors {
     control.small = kNullPivotOfMa97;
   }
   ~Ma97Factors() { library->free(&analysis, &factors); }
-  Ma97Factors(const Ma97Factors&) = delete;
-  Ma97Factors& operator=(const Ma97Factors&) = delete;
 
   /// False: it failed. Throws std::bad_alloc.
   [[nodiscard]] bool succeeded() const {

@@ -5,6 +5,7 @@
 
 #include "linalg/mpi/interface.hpp"
 #include "linalg/symmetric_solver.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 
@@ -17,15 +18,12 @@ namespace ipminmax {
 /// The version that program, plugin and workers must have in common.
 [[nodiscard]] const char* library_version();
 
-/// One MUMPS instance on MPI ranks, from JOB = -1 to JOB = -2. Each call may throw
+/// One MUMPS instance on MPI ranks, from JOB = -1 to JOB = -2, which is the owner's. Each call may throw
 /// SolverUnavailable. To be used under a LibraryLock.
-class MpiMumps {
+class MpiMumps : Uncopied {
  public:
   /// data: a DMUMPS_STRUC_C with sym and par set, which stays where it is; initialized on return.
   MpiMumps(void* data, int initialize);
-  ~MpiMumps() = default;  // JOB = -2 is the owner's
-  MpiMumps(const MpiMumps&) = delete;
-  MpiMumps& operator=(const MpiMumps&) = delete;
 
   /// The job that data names, on all ranks.
   void run();

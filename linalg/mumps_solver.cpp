@@ -15,6 +15,7 @@
 #include "linalg/numbers.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/reproducible_rand.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 
@@ -27,8 +28,8 @@ double analysis_bytes(const SymmetricMatrix& matrix) {
 
 static_assert(std::is_same_v<MUMPS_INT, Index>, "MUMPS must be built with 32-bit integers");
 
-// Values of JOB and INFOG(1) from the MUMPS users' guide.
-enum Job { kInitialize = -1, kTerminate = -2, kAnalyze = 1, kFactorize = 2, kSolve = 3 };
+using enum mpi::Job;
+// Values of INFOG(1) from the MUMPS users' guide.
 constexpr int kSingular = -10;
 constexpr int kOutOfMemory = -13;
 constexpr int kStopped = -1000;  // ours: no more attempts
@@ -91,7 +92,7 @@ bool has_zero_diagonal(const SymmetricMatrix& matrix) {
 }  // namespace
 
 /// One MUMPS instance, from JOB = -1 to JOB = -2.
-struct MumpsSolver::Instance {
+struct MumpsSolver::Instance : Uncopied {
   explicit Instance(Processes processes) {
     data.sym = 2;  // symmetric indefinite
     data.par = 1;
@@ -118,11 +119,9 @@ struct MumpsSolver::Instance {
     } catch (const SolverUnavailable&) {  // the other ranks are gone, and so is the instance
     }
   }
-  Instance(const Instance&) = delete;
-  Instance& operator=(const Instance&) = delete;
 
   /// Returns INFOG(1).
-  int run(Job job) {
+  int run(mpi::Job job) {
     const LibraryLock lock;
     data.job = job;
     std::optional<ReproducibleRand> rand;

@@ -190,8 +190,8 @@ OrderingChoice divided(const SymmetricMatrix& matrix, OrderingChoice choice) {
       !is_worth_threads(matrix.dimension(), entries - matrix.dimension(), choice.size.flops)) {
     return choice;
   }
-  const Lists rows = neighbours(matrix, choice.new_index, /*later=*/false);
-  const Array<Index> place = order_for_two_parts({rows.starts, rows.items});
+  const Array<Index> place =
+      order_for_two_parts(neighbours(matrix, choice.new_index, /*later=*/false));
   if (place.empty()) return choice;
   for (Index& k : choice.new_index) k = place[k];
   choice.size = predict_factor_size(matrix, choice.new_index);

@@ -201,7 +201,7 @@ Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
       order(matrix);
       build_pattern(matrix);
       pattern_ = {};
-      tree_ = elimination_tree({row_starts_, row_columns_});
+      tree_ = elimination_tree(rows_);
       ends_.resize(at(nodes_));
       inverse_.resize(at(nodes_));
       row_.assign(at(nodes_), Block{});
@@ -261,13 +261,9 @@ void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
     if (first != last) places.emplace_back(last, first);
   });
   sort_each_once(places);
-  row_starts_.assign(at(nodes_) + 1, 0);
-  row_columns_.clear();
-  for (const auto& [row, column] : places) {
-    ++row_starts_[row + 1];
-    row_columns_.push_back(column);
-  }
-  std::partial_sum(row_starts_.begin(), row_starts_.end(), row_starts_.begin());
+  rows_ = collect(nodes_, [&](auto&& add) {
+    for (const auto& [row, column] : places) add(row, column);
+  });
   row_blocks_.resize(places.size());
   diagonal_.resize(at(nodes_));
 
@@ -276,9 +272,9 @@ void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
     const std::size_t inside = at(2 * (last % 2) + first % 2);
     const Index row = last / 2, column = first / 2;
     if (row == column) return &diagonal_[row][inside];
-    const auto begin = row_columns_.begin() + row_starts_[row];
-    const auto found = std::lower_bound(begin, row_columns_.begin() + row_starts_[row + 1], column);
-    return &row_blocks_[static_cast<Index>(found - row_columns_.begin())][inside];
+    const auto columns = rows_[row];
+    const auto found = std::ranges::lower_bound(columns, column) - columns.begin();
+    return &row_blocks_[rows_.starts[row] + static_cast<Index>(found)][inside];
   };
   entry_.clear();
   matrix.for_each_entry([&](Index i, Index j, Index) { entry_.push_back(target(i, j)); });
@@ -297,8 +293,8 @@ void PairedLdltSolver::load_values(const SymmetricMatrix& matrix) {
 
 /// One row of L; returns the pivot, [0], [2] = [1] and [3] of it.
 PairedLdltSolver::Block PairedLdltSolver::eliminate_row(Index node) {
-  for (Index p = row_starts_[node]; p < row_starts_[node + 1]; ++p) {
-    row_[row_columns_[p]] = row_blocks_[p];
+  for (Index p = rows_.starts[node]; p < rows_.starts[node + 1]; ++p) {
+    row_[rows_.items[p]] = row_blocks_[p];
   }
   Block pivot = diagonal_[node];
   for (Index r = pattern_.row_starts[node]; r < pattern_.row_starts[node + 1]; ++r) {
@@ -355,7 +351,7 @@ bool PairedLdltSolver::make_room() {
   if (!pattern_.row_starts.empty()) return true;
   try {
     blocks_ = {};  // before the new ones
-    FactorPattern pattern = factor_pattern({row_starts_, row_columns_}, tree_);
+    FactorPattern pattern = factor_pattern(rows_, tree_);
     parts_ = parts_for_threads(tree_, pattern, kPairCost, threads_);
     pivots_.resize(parts_.starts.size());
     blocks_.resize(at(tree_.entries()));

@@ -8,6 +8,7 @@
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
 #include "linalg/tree_parts.hpp"
+#include "linalg/uncopied.hpp"
 #include "linalg/workers.hpp"
 
 namespace ipminmax {
@@ -18,12 +19,10 @@ namespace ipminmax {
 /// other would be gamma and 1 / gamma, and their rounding is all that is left of small eigenvalues;
 /// the pair's is neither. Gamma can be as small as rounding, therefore. The inertia is that of
 /// A + gamma I up to rounding, which is for the caller to test.
-class PairedLdltSolver final : public SymmetricSolver {
+class PairedLdltSolver final : public SymmetricSolver, Uncopied {
  public:
   /// threads: for one large factorization, at most.
   PairedLdltSolver(Ordering ordering, double gamma, int threads = 1);
-  PairedLdltSolver(const PairedLdltSolver&) = delete;
-  PairedLdltSolver& operator=(const PairedLdltSolver&) = delete;
 
   /// Unlike other solvers reads the values of the matrix, from which it makes the pairs; the last
   /// ordering stays where these are the same. signs are not read.
@@ -69,7 +68,7 @@ class PairedLdltSolver final : public SymmetricSolver {
   Array<Index> place_;  ///< of each row: 2 * node in the order of elimination, + 1: second row
   Array<bool> single_;  ///< by node
   // The matrix by rows of nodes: blocks with the columns of nodes before, and on the diagonal.
-  Array<Index> row_starts_, row_columns_;
+  Lists rows_;
   Array<Block> row_blocks_, diagonal_;
   std::vector<double*> entry_;  ///< where each entry of the matrix goes
   // L by columns of nodes, and the inverse of D.

@@ -13,6 +13,7 @@
 #include "linalg/loaded_solver.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/ordering.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 namespace {
@@ -47,7 +48,7 @@ struct PardisoLibrary : SolverLibrary {
 };
 
 /// What Pardiso has allocated, and its arguments.
-struct PardisoFactors {
+struct PardisoFactors : Uncopied {
   PardisoFactors(std::shared_ptr<const PardisoLibrary> from, const SymmetricMatrix& matrix)
       : library(std::move(from)),
         n(matrix.dimension()),
@@ -77,8 +78,6 @@ struct PardisoFactors {
   ~PardisoFactors() {
     if (is_analyzed) run(Phase::Release, nullptr, nullptr, 1);
   }
-  PardisoFactors(const PardisoFactors&) = delete;
-  PardisoFactors& operator=(const PardisoFactors&) = delete;
 
   /// The value of ERROR. Throws std::bad_alloc.
   int run(Phase phase, double* b, double* x, int right_hand_sides) {

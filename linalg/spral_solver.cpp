@@ -7,6 +7,7 @@
 
 #include "linalg/blas_threads.hpp"
 #include "linalg/loaded_solver.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 namespace {
@@ -55,7 +56,7 @@ struct SpralLibrary : SolverLibrary {
 };
 
 /// What SPRAL has allocated.
-struct SpralFactors {
+struct SpralFactors : Uncopied {
   explicit SpralFactors(std::shared_ptr<const SpralLibrary> from) : library(std::move(from)) {
     library->default_options(&options);
     options.array_base = 0;
@@ -67,8 +68,6 @@ struct SpralFactors {
     options.small = kSmallPivot;
   }
   ~SpralFactors() { library->free(&analysis, &factors); }
-  SpralFactors(const SpralFactors&) = delete;
-  SpralFactors& operator=(const SpralFactors&) = delete;
 
   /// False: it failed. Throws std::bad_alloc, SolverUnavailable.
   [[nodiscard]] bool succeeded() const {

@@ -134,15 +134,23 @@ Array<Index> Cutter::parts() const {
 }
 
 /// The rows of P A P'.
-Lists permuted_rows(const LowerRows& a, const Array<Index>& place) {
-  return collect(a.dimension(), [&](auto&& add) {
-    for (Index k = 0; k < a.dimension(); ++k) {
-      for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
-        const auto [column, row] = std::minmax(place[k], place[a.columns[at(p)]]);
+Lists permuted_rows(const Lists& a, const Array<Index>& place) {
+  return collect(a.size(), [&](auto&& add) {
+    for (Index k = 0; k < a.size(); ++k) {
+      for (const Index i : a[k]) {
+        const auto [column, row] = std::minmax(place[k], place[i]);
         add(row, column);
       }
     }
   });
+}
+
+/// All rows in the rest.
+TreeParts undivided(std::size_t dimension) {
+  TreeParts parts;
+  parts.rows.resize(dimension);
+  std::iota(parts.rows.begin(), parts.rows.end(), 0);
+  return parts;
 }
 
 /// The lowest row whose subtree costs half of all.
@@ -174,7 +182,7 @@ Array<double> row_costs(const EliminationTree& tree, const FactorPattern& patter
 
 std::span<const Index> TreeParts::part(int p) const {
   const std::size_t begin = at(starts[p]);
-  return {rows.data() + begin, at(starts[at(p) + 1]) - begin};
+  return {rows.data() + begin, at(starts[p + 1]) - begin};
 }
 
 std::span<const Index> TreeParts::rest() const {
@@ -183,9 +191,7 @@ std::span<const Index> TreeParts::rest() const {
 
 TreeParts split(const EliminationTree& tree, std::span<const double> row_costs, int most_parts,
                 double least_part) {
-  TreeParts parts;
-  parts.rows.resize(row_costs.size());
-  std::iota(parts.rows.begin(), parts.rows.end(), 0);
+  TreeParts parts = undivided(row_costs.size());
   parts.cost = parts.longest = std::accumulate(row_costs.begin(), row_costs.end(), 0.0);
   const auto bins = static_cast<std::size_t>(std::min(1.0 * most_parts, parts.cost / least_part));
   if (bins < 2) return parts;
@@ -196,7 +202,7 @@ TreeParts split(const EliminationTree& tree, std::span<const double> row_costs, 
   const Array<Index> part = cutter.parts();
   parts.starts.assign(bins + 1, 0);
   for (const Index p : part) {
-    if (p >= 0) ++parts.starts[at(p) + 1];
+    if (p >= 0) ++parts.starts[p + 1];
   }
   std::partial_sum(parts.starts.begin(), parts.starts.end(), parts.starts.begin());
   std::ranges::stable_sort(parts.rows, std::less<>(), [&](Index k) {
@@ -215,10 +221,7 @@ TreeParts parts_for_threads(const EliminationTree& tree, const FactorPattern& pa
     const double all = std::accumulate(costs.begin(), costs.end(), 0.0);
     if (all >= kWorthThreads) return split(tree, costs, threads, kLeastPart);
   }
-  TreeParts none;
-  none.rows.resize(at(tree.dimension()));
-  std::iota(none.rows.begin(), none.rows.end(), 0);
-  return none;
+  return undivided(at(tree.dimension()));
 }
 
 bool is_worth_threads(Index dimension, double entries, double operations) {
@@ -227,7 +230,7 @@ bool is_worth_threads(Index dimension, double entries, double operations) {
          kWorthThreads;
 }
 
-Array<Index> order_for_two_parts(const LowerRows& a) {
+Array<Index> order_for_two_parts(const Lists& a) {
   const EliminationTree tree = elimination_tree(a);
   Array<Index> place;
   TreeParts given;
@@ -238,8 +241,7 @@ Array<Index> order_for_two_parts(const LowerRows& a) {
     if (given.cost > kDividesWell * given.longest) return {};
     place = order_without_fill(tree, pattern, middle_of(tree, costs));
   }
-  const Lists other = permuted_rows(a, place);
-  const LowerRows rows{other.starts, other.items};
+  const Lists rows = permuted_rows(a, place);
   const EliminationTree other_tree = elimination_tree(rows);
   const TreeParts parts =
       split(other_tree, row_costs(other_tree, factor_pattern(rows, other_tree), kUsualCost), 2,

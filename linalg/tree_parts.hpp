@@ -48,6 +48,6 @@ struct TreeParts {
 /// The place of each row in an order of elimination with no more fill, whose tree divides in two
 /// where that of the given one does not: a chain is eliminated from both ends. Empty where
 /// that gains too little. Throws std::bad_alloc.
-[[nodiscard]] Array<Index> order_for_two_parts(const LowerRows& a);
+[[nodiscard]] Array<Index> order_for_two_parts(const Lists& a);
 
 }  // namespace ipminmax

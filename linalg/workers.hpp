@@ -2,17 +2,17 @@
 
 #include <memory>
 
+#include "linalg/uncopied.hpp"
+
 namespace ipminmax {
 
 /// Threads that wait between the pieces of work of one caller: made when they are first needed,
 /// with the signals blocked that a program handles in its own threads, joined by the destructor.
 /// In a child of fork, where they do not exist, they are made anew.
-class Workers {
+class Workers : Uncopied {
  public:
   Workers();
   ~Workers();
-  Workers(const Workers&) = delete;
-  Workers& operator=(const Workers&) = delete;
 
   /// piece(0), ..., piece(count - 1), in the caller's thread and others, with the caller's
   /// floating-point environment; all of them in the caller's where there are no threads to be had.

@@ -10,6 +10,7 @@
 #include "core/result.hpp"
 #include "linalg/schur_complement.hpp"
 #include "linalg/symmetric_solver.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 
@@ -18,15 +19,13 @@ class KktBlock;
 /// Factorizations of K by way of K_yy (linalg/schur_complement.hpp): the factors that give the
 /// inertia of K_yy serve K as well. Two factorizations of K_yy are kept, because K may still be
 /// solved with after K_yy was factorized at another point.
-class KktSchur {
+class KktSchur : Uncopied {
  public:
   /// inner has been analyzed. Throws std::bad_alloc.
   KktSchur(const KktBlock& full, const KktBlock& inner);
   /// Makes the second solver of K_yy, or takes an analyzed one. False: out of memory. To be called
   /// before a factorization.
   [[nodiscard]] bool prepare(const KktBlock& inner, std::shared_ptr<SymmetricSolver> second);
-  KktSchur(const KktSchur&) = delete;
-  KktSchur& operator=(const KktSchur&) = delete;
 
   /// Predicted operations of a factorization of K when that of K_yy is there.
   [[nodiscard]] double predict_flops(const KktBlock& inner) const;

@@ -17,6 +17,7 @@
 #include "core/options.hpp"
 #include "core/point/step_length.hpp"
 #include "core/result.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 
@@ -86,13 +87,11 @@ class KktSystem : Kept<KktArrays> {
                 const std::vector<bool>& decoupled = {});
 
   /// What factorizations are counted for while it lives; before and after, what they were.
-  class Counting {
+  class Counting : Uncopied {
    public:
     Counting(KktSystem& kkt, FactorizationCause cause)
         : cause_(kkt.cause_), before_(std::exchange(cause_, cause)) {}
     ~Counting() { cause_ = before_; }
-    Counting(const Counting&) = delete;
-    Counting& operator=(const Counting&) = delete;
 
    private:
     FactorizationCause& cause_;

@@ -10,17 +10,16 @@
 #include "core/model/timer.hpp"
 #include "core/options.hpp"
 #include "core/result.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 
 /// What all solves behind one call may use together: time, factorizations, the patience of the
 /// listener, memory. Made where the call comes in and passed down; nothing below makes another.
 /// For any number of threads.
-class Budget {
+class Budget : Uncopied {
  public:
   explicit Budget(const SolverOptions& options, MultistartObserver listener = {});
-  Budget(const Budget&) = delete;
-  Budget& operator=(const Budget&) = delete;
 
   /// Nothing more is begun, what runs ends. The first reason stays.
   void stop(Status why) noexcept;

@@ -2,16 +2,15 @@
 
 #include <utility>
 
+#include "linalg/uncopied.hpp"
+
 namespace ipminmax {
 
 /// Arrays taken over from where they are kept, so that their memory serves again, and given back at
 /// the end. What they hold on the way in means nothing.
 template <class Arrays>
-class Kept : public Arrays {
+class Kept : public Arrays, public Uncopied {
  public:
-  Kept(const Kept&) = delete;
-  Kept& operator=(const Kept&) = delete;
-
  protected:
   /// owner: null for none.
   explicit Kept(Arrays* owner)

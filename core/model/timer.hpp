@@ -3,10 +3,12 @@
 #include <chrono>
 #include <ctime>
 
+#include "linalg/uncopied.hpp"
+
 namespace ipminmax {
 
 /// Adds the wall time of its life to a total; null: reads no clock.
-class ScopedTimer {
+class ScopedTimer : Uncopied {
  public:
   explicit ScopedTimer(double& total) : ScopedTimer(&total) {}
   explicit ScopedTimer(double* total) : total_(total) {
@@ -15,8 +17,6 @@ class ScopedTimer {
   ~ScopedTimer() {
     if (total_ != nullptr) *total_ += std::chrono::duration<double>(Clock::now() - start_).count();
   }
-  ScopedTimer(const ScopedTimer&) = delete;
-  ScopedTimer& operator=(const ScopedTimer&) = delete;
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -12,6 +12,15 @@ namespace ipminmax::mpi {
 /// Number of this interface and of the messages between program and workers.
 inline constexpr int kInterface = 3;
 
+/// Values of JOB from the MUMPS users' guide.
+enum Job : std::int32_t {
+  kInitialize = -1,
+  kTerminate = -2,
+  kAnalyze = 1,
+  kFactorize = 2,
+  kSolve = 3
+};
+
 /// What a process wants from the others of MPI_COMM_WORLD.
 enum class Role : std::int32_t {
   Worker,  ///< works for rank 0

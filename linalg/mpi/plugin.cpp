@@ -29,10 +29,6 @@ using Clock = std::chrono::steady_clock;
 /// Seconds that the ranks still alive get to take the last messages when another is dead.
 constexpr double kLongestDelivery = 10.0;
 
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 /// Messages on their way; they are whole numbers of doubles, so that MPI's counts suffice.
 struct Sent {
   int rank = 0;

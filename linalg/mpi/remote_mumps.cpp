@@ -61,8 +61,7 @@ void WorkerInstances::run(const Command& command) {
   if (command.job == kInitialize) std::fill_n(data.icntl, 4, 0);  // no output
   if (command.job == kTerminate) instances_.erase(command.instance);
   factorizations_ += command.job == kFactorize ? 1 : 0;
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-  seconds_ += spent.count();
+  seconds_ += seconds_since(begin);
 }
 
 void WorkerInstances::report() const {

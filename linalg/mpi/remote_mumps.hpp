@@ -10,15 +10,6 @@
 
 namespace ipminmax::mpi {
 
-/// Values of JOB from the MUMPS users' guide.
-enum Job : std::int32_t {
-  kInitialize = -1,
-  kTerminate = -2,
-  kAnalyze = 1,
-  kFactorize = 2,
-  kSolve = 3
-};
-
 /// What rank 0 tells the ranks of an instance before each job.
 struct Command {
   std::int32_t job = 0;  ///< 0: the program ends

@@ -126,6 +126,10 @@ Caller& caller() {
 
 }  // namespace
 
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
 bool stop_requested() { return terminated != 0; }
 
 struct Session::Hello {
@@ -254,7 +258,7 @@ std::string Session::await_welcome(double seconds) {
   for (;;) {
     MPI_Iprobe(0, kWelcomeTag, MPI_COMM_WORLD, &arrived, MPI_STATUS_IGNORE);
     if (arrived != 0) break;
-    if (seconds > 0.0 && std::chrono::duration<double>(Clock::now() - begin).count() > seconds) {
+    if (seconds > 0.0 && seconds_since(begin) > seconds) {
       return "rank 0 does not share starts";
     }
     pause(waited);
@@ -280,7 +284,7 @@ std::string Session::gather(Role role, const std::string& version) {
     if (arrived == 0) {
       // A wrong one decides; the others are still waited for, that they may be told.
       const double limit = error.empty() ? patience : 1.0;
-      if (std::chrono::duration<double>(Clock::now() - begin).count() > limit) break;
+      if (seconds_since(begin) > limit) break;
       pause(waited);
       continue;
     }
@@ -430,8 +434,7 @@ void Session::leave() {
   } else if (first_call && joined_ && rank_ > 0) {
     // The launcher takes the end of this process for a reason to kill rank 0.
     const auto begin = Clock::now();
-    const auto limit = std::chrono::duration<double>(kTimeForFirst);
-    while (!gone(0) && Clock::now() - begin < limit) std::this_thread::sleep_for(kLook);
+    while (!gone(0) && seconds_since(begin) < kTimeForFirst) std::this_thread::sleep_for(kLook);
   }
 }
 

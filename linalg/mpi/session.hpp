@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -76,6 +77,8 @@ class Session {
   std::string error_;
   std::function<void()> at_leave_;
 };
+
+[[nodiscard]] double seconds_since(std::chrono::steady_clock::time_point begin);
 
 /// Set by SIGTERM, see Plugin::stop_requested.
 [[nodiscard]] bool stop_requested();

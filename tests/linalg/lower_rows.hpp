@@ -13,10 +13,10 @@ namespace ipminmax::test {
 
 inline std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Rows of a lower triangle; what LowerRows points to.
+/// Rows of a lower triangle.
 struct Rows {
-  std::vector<Index> starts{0}, columns;
-  [[nodiscard]] LowerRows view() const { return {starts, columns}; }
+  Array<Index> starts{0}, columns;
+  [[nodiscard]] Lists view() const { return {starts, columns}; }
 };
 
 /// Entries left of the diagonal in random order, some rows with their diagonal.
@@ -37,11 +37,11 @@ inline Rows random_rows(Index dimension, double density, unsigned seed) {
 }
 
 /// Rows of each column of L below the diagonal, by eliminating one column after the other.
-inline std::vector<std::set<Index>> eliminate(const LowerRows& a) {
-  std::vector<std::set<Index>> below(at(a.dimension()));
-  for (Index k = 0; k < a.dimension(); ++k) {
-    for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
-      if (a.columns[at(p)] < k) below[at(a.columns[at(p)])].insert(k);
+inline std::vector<std::set<Index>> eliminate(const Lists& a) {
+  std::vector<std::set<Index>> below(at(a.size()));
+  for (Index k = 0; k < a.size(); ++k) {
+    for (const Index i : a[k]) {
+      if (i < k) below[at(i)].insert(k);
     }
   }
   for (auto& column : below) {
