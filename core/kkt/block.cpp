@@ -92,11 +92,11 @@ KktPattern::KktPattern(KktPart which, const CanonicalProblem& canonical, const K
 
   std::vector<Triplet> entries;
   entries.reserve(canonical.hessian().size() + canonical.jacobian().size());
-  const auto take = [&](std::span<const Triplet> pattern, const std::vector<Index>& rows,
+  const auto take = [&](std::span<const Triplet> pattern, const Array<Index>& rows,
                         std::vector<Index>& taken) {
     taken.reserve(pattern.size());
     for (const auto k : indices(pattern)) {
-      const Index row = rows[at(pattern[k].row)], col = row_of_variable[at(pattern[k].col)];
+      const Index row = rows[pattern[k].row], col = row_of_variable[pattern[k].col];
       if (row < 0 || col < 0) continue;
       taken.push_back(static_cast<Index>(k));
       entries.push_back({row, col});
@@ -163,7 +163,7 @@ void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& bar
 }
 
 void KktBlock::assemble(const Evaluation& evaluation, std::span<const double> jacobian) {
-  const auto own_curvature = terms_.curvature.segment(variables().begin, variables().size());
+  const auto own_curvature = part(terms_.curvature, variables());
   const bool known = evaluation.jacobian_call > 0 && evaluation.hessian_call > 0;
   if (known && jacobian_call_ == evaluation.jacobian_call &&
       hessian_call_ == evaluation.hessian_call && curvature_ == own_curvature) {
@@ -225,15 +225,10 @@ void KktBlock::set_values(const Evaluation& evaluation, std::span<const double> 
 
 /// In units in which the equations of a copy are those of its own row.
 void KktBlock::measure_copies() {
-  const auto starts = matrix_.column_starts();
-  const auto rows = matrix_.rows();
   const auto values = matrix_.values();
-  for (Index col = 0; col < dimension(); ++col) {
-    for (Index k = starts[at(col)]; k < starts[at(col) + 1]; ++k) {
-      values[at(k)] *= lengths_[col] * lengths_[rows[at(k)]];
-    }
-    diagonal_[col] *= lengths_[col] * lengths_[col];
-  }
+  matrix_.for_each_entry(
+      [&](Index i, Index j, Index p) { values[at(p)] *= lengths_[j] * lengths_[i]; });
+  diagonal_.array() *= lengths_.array().square();
 }
 
 void KktBlock::decouple(const std::vector<bool>& decoupled) {

@@ -15,6 +15,7 @@
 #include "core/model/kept.hpp"
 #include "core/model/quasi_newton.hpp"
 #include "core/options.hpp"
+#include "linalg/array.hpp"
 #include "linalg/symmetric_matrix.hpp"
 #include "linalg/symmetric_solver.hpp"
 
@@ -90,10 +91,10 @@ struct KktPattern {
     Index first, row, size;
   };
   std::vector<Run> variable_runs, constraint_runs;
-  std::vector<Index> row_of_variable, row_of_constraint;  ///< -1: not in this block
-  std::vector<std::int8_t> signs;                         ///< expected, of each pivot
-  SymmetricMatrix zero;                                   ///< with these entries
-  std::vector<Index> hessian_entries, jacobian_entries;   ///< triplets that lie in the block
+  Array<Index> row_of_variable, row_of_constraint;       ///< -1: not in this block
+  std::vector<std::int8_t> signs;                        ///< expected, of each pivot
+  SymmetricMatrix zero;                                  ///< with these entries
+  std::vector<Index> hessian_entries, jacobian_entries;  ///< triplets that lie in the block
   std::vector<Index> positions;  ///< their places in the matrix, the Hessian's first
 };
 
@@ -189,10 +190,8 @@ class KktBlock : Kept<KktBlockArrays> {
   [[nodiscard]] const SymmetricMatrix& matrix() const { return matrix_; }
   [[nodiscard]] std::span<const std::int8_t> signs() const { return pattern_->signs; }
   /// Row of a canonical variable or constraint, -1 when it is not in this block.
-  [[nodiscard]] Index row_of_variable(Index i) const { return pattern_->row_of_variable[at(i)]; }
-  [[nodiscard]] Index row_of_constraint(Index j) const {
-    return pattern_->row_of_constraint[at(j)];
-  }
+  [[nodiscard]] Index row_of_variable(Index i) const { return pattern_->row_of_variable[i]; }
+  [[nodiscard]] Index row_of_constraint(Index j) const { return pattern_->row_of_constraint[j]; }
   [[nodiscard]] std::span<const KktPattern::Run> variable_runs() const {
     return pattern_->variable_runs;
   }

@@ -93,8 +93,7 @@ KktFactors InertiaCorrection::factorize_unshifted(KktPart which, double mu, cons
     if (rows_lack && has_equations && !needed.dependent && multiplier_shift(mu) > 0.0) {
       needed.dependent = true;
     } else if (!needed.flat && variables.size() > 0 &&
-               found.smallest_pivot <=
-                   proximal()->segment(variables.begin, variables.size()).maxCoeff()) {
+               found.smallest_pivot <= part(*proximal(), variables).maxCoeff()) {
       needed.flat = true;  // of a matrix that is singular a pivot vanishes
     } else {
       return found;

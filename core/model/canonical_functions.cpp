@@ -27,7 +27,7 @@ bool CanonicalProblem::load(const Eigen::VectorXd& v) {
     for (const Index i : indices(range)) {
       const double value = v[i] / variable_scale(i);
       if (!std::isfinite(value)) bad = i;
-      double& target = model_v_[at(model_variable(i))];
+      double& target = model_v_[model_variable(i)];
       if (target != value) {
         target = value;
         new_point_ = true;
@@ -82,9 +82,9 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
     }
   }
   for (Index j = 0; j < constraints(); ++j) {
-    const Index fixed = map_.fixing_variable[at(j)];
+    const Index fixed = map_.fixing_variable[j];
     const double value =
-        fixed >= 0 ? v[fixed] / variable_scale(fixed) : model_g_[at(model_constraint(j))];
+        fixed >= 0 ? v[fixed] / variable_scale(fixed) : model_g_[model_constraint(j)];
     if (!std::isfinite(value)) return not_finite({.function = "the constraint function", .row = j});
     const Index slack = slack_of(j);
     c[j] = constraint_scale(j) * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
@@ -116,7 +116,7 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
       evaluation.gradient[i] = 0.0;
       continue;
     }
-    const double value = model_gradient_[at(model)];
+    const double value = model_gradient_[model];
     if (!std::isfinite(value)) {
       return not_finite({.function = "the gradient of the objective", .col = i});
     }
@@ -197,12 +197,10 @@ EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
 
 bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
   Index bad = -1;
-  for (Index j = 0; j < constraints(); ++j) {
-    const Index model = model_constraint(j);
-    if (model < 0) continue;
-    model_lambda_[at(model)] = constraint_scale(j) * lambda[j];
-    if (!std::isfinite(model_lambda_[at(model)])) bad = j;
-  }
+  for_each_of_model(map_.model_constraint, [&](Index j, std::size_t model) {
+    model_lambda_[model] = constraint_scale(j) * lambda[j];
+    if (!std::isfinite(model_lambda_[model])) bad = j;
+  });
   if (bad >= 0) evaluation_failure_ = {.function = "the multiplier", .row = bad};
   return bad < 0;
 }
@@ -210,7 +208,7 @@ bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
 std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::VectorXd& v,
                                                                const Eigen::VectorXd& lambda) {
   const ScopedTimer timer(timing_.evaluations);
-  std::vector<double>& rows = model_errors_;
+  Array<double>& rows = model_errors_;
   rows.assign(model_v_.size(), 0.0);
   if (!load(v) || !load_multipliers(lambda)) {
     return Eigen::VectorXd::Constant(variables(), kInfinity);
@@ -222,11 +220,9 @@ std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::Vect
   }
   // |d'Ed| <= sum |E_ij| (d_i^2 + d_j^2)/2: the row sums of |E| bound E, and scale as its diagonal.
   Eigen::VectorXd error = Eigen::VectorXd::Zero(variables());
-  for (Index i = 0; i < variables(); ++i) {
-    if (const Index model = model_variable(i); model >= 0) {
-      error[i] = rows[at(model)] / (variable_scale(i) * variable_scale(i));
-    }
-  }
+  for_each_of_model(map_.model_variable, [&](Index i, std::size_t model) {
+    error[i] = rows[model] / (variable_scale(i) * variable_scale(i));
+  });
   return error;
 }
 

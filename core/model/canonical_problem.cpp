@@ -59,7 +59,7 @@ std::string CanonicalProblem::build(const GradientScaling* kept, TimeLimit* limi
 std::string CanonicalProblem::row_name(Index constraint) const {
   const Index model = model_constraint(constraint);
   if (model >= 0) return constraint_name(model);
-  return "fixed " + variable_name(model_variable(map_.fixing_variable[at(constraint)]));
+  return "fixed " + variable_name(model_variable(map_.fixing_variable[constraint]));
 }
 
 void CanonicalProblem::make_buffers() {
@@ -100,8 +100,7 @@ std::string CanonicalProblem::scale(const GradientScaling* kept) {
 
   // Slacks are measured as their constraints.
   for (const auto j : indices(map_.slack_of_constraint)) {
-    if (map_.slack_of_constraint[j] >= 0)
-      col_scale_[at(map_.slack_of_constraint[j])] = row_scale_[j];
+    if (map_.slack_of_constraint[j] >= 0) col_scale_[map_.slack_of_constraint[j]] = row_scale_[j];
   }
   set_constraint_bounds();
   list_bounds();
@@ -119,7 +118,7 @@ void CanonicalProblem::begin_quasi_newton() {
   if (structure_.nonlinear_variables) {
     for (const Index model : *structure_.nonlinear_variables) {
       const bool exists = model >= 0 && at(model) < map_.variable_of_model.size();
-      const Index i = exists ? map_.variable_of_model[at(model)] : -1;
+      const Index i = exists ? map_.variable_of_model[model] : -1;
       if (i >= 0 && !std::ranges::count(nonlinear, i)) nonlinear.push_back(i);
     }
   } else {
@@ -143,17 +142,16 @@ void CanonicalProblem::set_bounds(Index variable, double lower, double upper) {
 void CanonicalProblem::set_variable_bounds() {
   lower_.setConstant(variables(), -kInfinity);
   upper_.setConstant(variables(), kInfinity);
-  for (Index i = 0; i < variables(); ++i) {
-    const Index model = model_variable(i);
-    if (model < 0 || is_fixed_by_constraint(structure_, options_, model)) continue;
-    set_bounds(i, structure_.variable_lower[at(model)], structure_.variable_upper[at(model)]);
-  }
+  for_each_of_model(map_.model_variable, [&](Index i, std::size_t model) {
+    if (is_fixed_by_constraint(structure_, options_, model_variable(i))) return;
+    set_bounds(i, structure_.variable_lower[model], structure_.variable_upper[model]);
+  });
 }
 
 void CanonicalProblem::set_constraint_bounds() {
   right_hand_side_.setZero(constraints());
   for (Index j = 0; j < constraints(); ++j) {
-    if (const Index i = map_.fixing_variable[at(j)]; i >= 0) {
+    if (const Index i = map_.fixing_variable[j]; i >= 0) {
       right_hand_side_[j] = constraint_scale(j) * structure_.variable_lower[at(model_variable(i))];
       continue;
     }
@@ -184,11 +182,10 @@ void CanonicalProblem::list_bounds() {
   };
   std::ranges::replace_if(owners.slack_of_variable, is_two_sided, -1);
   std::ranges::replace_if(owners.slack_of_constraint, is_two_sided, -1);
-  std::erase_if(owners.shared_entries, [&](const auto& entry) {
-    return owners.slack_of_constraint[at(entry.serving)] < 0;
-  });
+  std::erase_if(owners.shared_entries,
+                [&](const auto& entry) { return owners.slack_of_constraint[entry.serving] < 0; });
   std::erase_if(owners.own_entries, [&](std::size_t entry) {
-    return owners.slack_of_variable[at(map_.jacobian[entry].col)] < 0;
+    return owners.slack_of_variable[map_.jacobian[entry].col] < 0;
   });
   for (const auto i : indices(owners.is_served)) {
     owners.is_served[i] = owners.is_served[i] && !is_two_sided(static_cast<Index>(i));

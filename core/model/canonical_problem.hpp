@@ -34,8 +34,8 @@ enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
 
 /// Factors of a gradient-based scaling with the options that they were made with.
 struct GradientScaling {
-  double objective = 1.0;           ///< obj_scaling_factor not included
-  std::vector<double> constraints;  ///< canonical
+  double objective = 1.0;     ///< obj_scaling_factor not included
+  Array<double> constraints;  ///< canonical
   double largest_gradient = 0.0, least_factor = 0.0;
 };
 
@@ -48,16 +48,16 @@ struct CanonicalArrays {
   Eigen::VectorXd room_below_, room_above_;
   Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
   std::vector<double> jacobian_scale_, hessian_scale_;  ///< hessian_scale empty: all one
-  std::vector<double> col_scale_, row_scale_;
+  Array<double> col_scale_, row_scale_;
   struct {
-    std::vector<double> v, lambda, z_lower, z_upper;
+    Array<double> v, lambda, z_lower, z_upper;
   } model_start_;  ///< as the model gave it
   Iterate start_;
   // In the model's shapes
-  std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;
-  std::vector<double> model_jacobian_, model_hessian_, model_errors_;
-  std::vector<double> objective_point_;  ///< of the model, where its objective was last asked for
-  std::vector<double> constraints_point_, constraint_values_;  ///< the same for the constraints
+  Array<double> model_v_, model_g_, model_gradient_, model_lambda_;
+  Array<double> model_jacobian_, model_hessian_, model_errors_;
+  Array<double> objective_point_;  ///< of the model, where its objective was last asked for
+  Array<double> constraints_point_, constraint_values_;  ///< the same for the constraints
 };
 
 /// The problem that the method works on:
@@ -126,7 +126,7 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   [[nodiscard]] const Eigen::VectorXd& damping() const { return damping_; }
   /// Slack variable of a constraint, -1 for an equality; the same of all.
   [[nodiscard]] Index slack_of(Index constraint) const {
-    return map_.slack_of_constraint[at(constraint)];
+    return map_.slack_of_constraint[constraint];
   }
   [[nodiscard]] std::span<const Index> slack_of_constraint() const {
     return map_.slack_of_constraint;
@@ -146,10 +146,10 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   [[nodiscard]] bool has_copies() const { return !owners().slack_of_variable.empty(); }
   /// Slack of the robust constraint that a variable or a constraint serves, -1: none.
   [[nodiscard]] Index served_slack(Index variable) const {
-    return has_copies() ? owners().slack_of_variable[at(variable)] : -1;
+    return has_copies() ? owners().slack_of_variable[variable] : -1;
   }
   [[nodiscard]] Index slack_served_by_constraint(Index constraint) const {
-    return has_copies() ? owners().slack_of_constraint[at(constraint)] : -1;
+    return has_copies() ? owners().slack_of_constraint[constraint] : -1;
   }
   /// |lambda_r| by the slack's bound, 1 for no slack (-1).
   [[nodiscard]] static double weight_by(Index slack, const Iterate& iterate) {
@@ -165,7 +165,7 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   }
   /// Of a constraint that copies serve.
   [[nodiscard]] Index constraint_of_slack(Index slack) const {
-    return owners().constraint_of_slack[at(slack)];
+    return owners().constraint_of_slack[slack];
   }
 
   /// Patterns without the slacks' entries (which are -1): row = constraint, col = variable.
@@ -226,24 +226,20 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   [[nodiscard]] Index most_violated_constraint(const Result& result) const;
   [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
   /// Factor by which a canonical constraint was scaled.
-  [[nodiscard]] double constraint_scale(Index constraint) const {
-    return row_scale_[at(constraint)];
-  }
+  [[nodiscard]] double constraint_scale(Index constraint) const { return row_scale_[constraint]; }
   [[nodiscard]] double objective_scale() const { return objective_scale_; }
   /// Factor, without its sign, by which f of the model that tolerances are meant for was scaled.
   [[nodiscard]] double user_objective_scale() const {
     return std::abs(objective_scale_ * structure_.objective_factor);
   }
   /// Factor by which a canonical variable was scaled.
-  [[nodiscard]] double variable_scale(Index variable) const { return col_scale_[at(variable)]; }
+  [[nodiscard]] double variable_scale(Index variable) const { return col_scale_[variable]; }
 
   /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes
   /// a variable.
-  [[nodiscard]] Index model_variable(Index variable) const {
-    return map_.model_variable[at(variable)];
-  }
+  [[nodiscard]] Index model_variable(Index variable) const { return map_.model_variable[variable]; }
   [[nodiscard]] Index model_constraint(Index constraint) const {
-    return map_.model_constraint[at(constraint)];
+    return map_.model_constraint[constraint];
   }
   /// Name of a model variable or constraint for messages.
   [[nodiscard]] std::string variable_name(Index model_variable) const;
@@ -294,7 +290,7 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
   [[nodiscard]] double model_jacobian(std::size_t entry) const {
     const Index source = map_.jacobian_source[entry];
-    return source >= 0 ? model_jacobian_[at(source)] : 1.0;
+    return source >= 0 ? model_jacobian_[source] : 1.0;
   }
   void restore_fixed_multipliers(Result& result);
   void restore_values(bool finite, Result& result);

@@ -21,20 +21,18 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
   result.lambda.assign(s.constraint_players.size(), 0.0);
   result.z_lower.assign(s.variable_players.size(), 0.0);
   result.z_upper.assign(s.variable_players.size(), 0.0);
-  for (Index i = 0; i < variables(); ++i) {
-    const Index model = model_variable(i);
-    if (model < 0) continue;
+  for_each_of_model(map_.model_variable, [&](Index i, std::size_t model) {
     const double factor = sign(i) * variable_scale(i) / objective_scale_;
-    result.z_lower[at(model)] = factor * iterate.z_lower[i];
-    result.z_upper[at(model)] = factor * iterate.z_upper[i];
+    result.z_lower[model] = factor * iterate.z_lower[i];
+    result.z_upper[model] = factor * iterate.z_upper[i];
     if (options_.honor_original_bounds) {
-      result.v[at(model)] =
-          std::clamp(result.v[at(model)], s.variable_lower[at(model)], s.variable_upper[at(model)]);
+      result.v[model] =
+          std::clamp(result.v[model], s.variable_lower[model], s.variable_upper[model]);
     }
-  }
+  });
   for (Index j = 0; j < constraints(); ++j) {
     const double value = iterate.lambda[j] * constraint_scale(j) / objective_scale_;
-    if (const Index fixed = map_.fixing_variable[at(j)]; fixed >= 0) {
+    if (const Index fixed = map_.fixing_variable[j]; fixed >= 0) {
       set_fixed_multiplier(model_variable(fixed), -value, result);
     } else {
       result.lambda[at(model_constraint(j))] = value;
@@ -48,14 +46,12 @@ void CanonicalProblem::write_scaling(UserScaling& factors) const {
   factors.objective = objective_scale_;
   factors.variables.assign(structure_.variable_players.size(), 1.0);
   factors.constraints.assign(structure_.constraint_players.size(), 1.0);
-  for (Index i = 0; i < variables(); ++i) {
-    const Index model = model_variable(i);
-    if (model >= 0) factors.variables[at(model)] = variable_scale(i);
-  }
-  for (Index j = 0; j < constraints(); ++j) {
-    const Index model = model_constraint(j);
-    if (model >= 0) factors.constraints[at(model)] = constraint_scale(j);
-  }
+  for_each_of_model(map_.model_variable, [&](Index i, std::size_t model) {
+    factors.variables[model] = variable_scale(i);
+  });
+  for_each_of_model(map_.model_constraint, [&](Index j, std::size_t model) {
+    factors.constraints[model] = constraint_scale(j);
+  });
 }
 
 void CanonicalProblem::restore_values(bool finite, Result& result) {
@@ -144,7 +140,7 @@ void CanonicalProblem::restore_fixed_multipliers(Result& result) {
     return;
   for (const auto k : indices(structure_.jacobian)) {
     const auto [row, col] = structure_.jacobian[k];
-    model_gradient_[at(col)] += model_jacobian_[k] * result.lambda[at(row)];
+    model_gradient_[col] += model_jacobian_[k] * result.lambda[at(row)];
   }
   for (const auto i : indices(map_.variable_of_model)) {
     // Where the derivative does not exist there is no multiplier.

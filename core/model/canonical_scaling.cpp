@@ -45,14 +45,14 @@ std::string CanonicalProblem::user_scaling() {
              " between its bounds it is below tol";
     }
     if (map_.variable_of_model[i] >= 0)
-      col_scale_[at(map_.variable_of_model[i])] = scaling.variables[i];
+      col_scale_[map_.variable_of_model[i]] = scaling.variables[i];
   }
   for (const auto j : indices(scaling.constraints)) {
     if (!is_sane_scaling(scaling.constraints[j])) {
       return error_of(constraint_name(static_cast<Index>(j)), scaling.constraints[j]);
     }
     if (map_.constraint_of_model[j] >= 0) {
-      row_scale_[at(map_.constraint_of_model[j])] = scaling.constraints[j];
+      row_scale_[map_.constraint_of_model[j]] = scaling.constraints[j];
     }
   }
   return {};
@@ -61,7 +61,7 @@ std::string CanonicalProblem::user_scaling() {
 void CanonicalProblem::scale_variables() {
   for (const auto i : indices(structure_.variable_units)) {
     const Index variable = map_.variable_of_model[i];
-    if (variable >= 0) col_scale_[at(variable)] = 1.0 / structure_.variable_units[i];
+    if (variable >= 0) col_scale_[variable] = 1.0 / structure_.variable_units[i];
   }
 }
 
@@ -89,7 +89,7 @@ std::string CanonicalProblem::gradient_based_scaling() {
   // At the model's own point, as in Ipopt. It may lie outside its bounds, where the functions need
   // not be defined; then where the solve starts.
   for (const Index i : map_.model_variable) {
-    if (i >= 0) model_v_[at(i)] = model_start_.v[at(i)];
+    if (i >= 0) model_v_[i] = model_start_.v[i];
   }
   new_point_ = true;
   std::string error = scale_gradients();
@@ -114,14 +114,14 @@ std::string CanonicalProblem::scale_gradients() {
   double norm = 0.0;
   for (const Index i : map_.model_variable) {
     if (i < 0) continue;
-    if (!std::isfinite(model_gradient_[at(i)])) {
+    if (!std::isfinite(model_gradient_[i])) {
       return fail(Status::InvalidNumber, "the gradient of the objective in " + variable_name(i) +
                                              " is not finite at the starting point");
     }
-    const double scale = variable_scale(map_.variable_of_model[at(i)]);
-    norm = std::max(norm, std::abs(model_gradient_[at(i)]) / scale);
+    const double scale = variable_scale(map_.variable_of_model[i]);
+    norm = std::max(norm, std::abs(model_gradient_[i]) / scale);
   }
-  std::vector<double> row_norm(row_scale_.size(), 0.0);
+  Array<double> row_norm(row_scale_.size(), 0.0);
   if (constraints() > 0 && !model_g_.empty()) {
     ++counts_.jacobian;
     if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
@@ -137,8 +137,8 @@ std::string CanonicalProblem::scale_gradients() {
                                              variable_name(model_variable(map_.jacobian[k].col)) +
                                              " is not finite at the starting point");
     }
-    row_norm[at(map_.jacobian[k].row)] = std::max(
-        row_norm[at(map_.jacobian[k].row)], std::abs(value) / variable_scale(map_.jacobian[k].col));
+    row_norm[map_.jacobian[k].row] = std::max(
+        row_norm[map_.jacobian[k].row], std::abs(value) / variable_scale(map_.jacobian[k].col));
   }
   for (double& scale : row_norm) scale = factor(scale);
   gradient_scaling_ = {.objective = factor(norm),

@@ -67,18 +67,18 @@ std::string CanonicalProblem::check_start() {
   if (!options_.warm_start_init_point) return {};
   // Multipliers of bounds that do not exist are not read, as in Ipopt.
   for (const Index j : map_.model_constraint) {
-    if (j >= 0 && !std::isfinite(model_start_.lambda[at(j)])) {
+    if (j >= 0 && !std::isfinite(model_start_.lambda[j])) {
       return refuse("multiplier of " + constraint_name(j));
     }
   }
   for (const Index i : map_.model_variable) {
     if (i < 0) continue;
     if (structure_.variable_lower[at(i)] > options_.nlp_lower_bound_inf &&
-        !std::isfinite(model_start_.z_lower[at(i)])) {
+        !std::isfinite(model_start_.z_lower[i])) {
       return refuse("multiplier of the lower bound of " + variable_name(i));
     }
     if (structure_.variable_upper[at(i)] < options_.nlp_upper_bound_inf &&
-        !std::isfinite(model_start_.z_upper[at(i)])) {
+        !std::isfinite(model_start_.z_upper[i])) {
       return refuse("multiplier of the upper bound of " + variable_name(i));
     }
   }
@@ -92,19 +92,17 @@ void CanonicalProblem::push_start() {
   start_.lambda.setZero(constraints());
   start_.z_lower.setZero(n);
   start_.z_upper.setZero(n);
-  for (Index i = 0; i < n; ++i) {
-    const Index model = model_variable(i);
-    if (model < 0) continue;
-    start_.v[i] = push_inside(model_start_.v[at(model)] * variable_scale(i), lower_[i], upper_[i],
+  for_each_of_model(map_.model_variable, [&](Index i, std::size_t model) {
+    start_.v[i] = push_inside(model_start_.v[model] * variable_scale(i), lower_[i], upper_[i],
                               warm ? options_.warm_start_bound_push : options_.bound_push,
                               warm ? options_.warm_start_bound_frac : options_.bound_frac);
-  }
+  });
 }
 
 void CanonicalProblem::start_multipliers() {
   // Signs of Result, so those of a Max variable's bounds are <= 0.
   const double largest = options_.warm_start_mult_init_max;
-  const auto take = [&](const auto& bounded, const std::vector<double>& given, Eigen::VectorXd& z) {
+  const auto take = [&](const auto& bounded, const Array<double>& given, Eigen::VectorXd& z) {
     for (const Index i : bounded) {
       const Index model = model_variable(i);
       if (model >= 0) z[i] = given[at(model)] * sign(i) * objective_scale_ / variable_scale(i);
@@ -116,9 +114,9 @@ void CanonicalProblem::start_multipliers() {
     const Index model = model_constraint(j);
     double value = 0.0;
     if (model >= 0) {
-      value = model_start_.lambda[at(model)];
+      value = model_start_.lambda[model];
     } else {  // -z_L + z_U and the multiplier of v = value stand for each other
-      const auto i = at(model_variable(map_.fixing_variable[at(j)]));
+      const auto i = at(model_variable(map_.fixing_variable[j]));
       value = model_start_.z_upper[i] - model_start_.z_lower[i];
     }
     start_.lambda[j] =

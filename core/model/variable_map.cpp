@@ -49,7 +49,7 @@ std::string VariableMap::index_variables(const ProblemStructure& s, const Solver
   std::array<Index, 2> constant{};
   varies.assign(s.constraint_players.size(), false);
   for (const Triplet& entry : s.jacobian) {
-    if (!is_fixed(at(entry.col))) varies[at(entry.row)] = true;
+    if (!is_fixed(at(entry.col))) varies[entry.row] = true;
   }
   for (const auto j : indices(s.constraint_players)) {
     const bool max = s.constraint_players[j] == Player::Max;
@@ -84,7 +84,7 @@ std::string VariableMap::index_variables(const ProblemStructure& s, const Solver
     if (is_fixed(i)) continue;
     const Index canonical = next[players[i] == Player::Max]++;
     variable_of_model[i] = canonical;
-    model_variable[at(canonical)] = static_cast<Index>(i);
+    model_variable[canonical] = static_cast<Index>(i);
   }
   return {};
 }
@@ -107,13 +107,13 @@ void VariableMap::index_constraints(const ProblemStructure& s, const SolverOptio
     const bool max = s.constraint_players[j] == Player::Max;
     const Index canonical = next[max]++;
     constraint_of_model[j] = canonical;
-    model_constraint[at(canonical)] = static_cast<Index>(j);
-    if (!equality) slack_of_constraint[at(canonical)] = next_slack[max]++;
+    model_constraint[canonical] = static_cast<Index>(j);
+    if (!equality) slack_of_constraint[canonical] = next_slack[max]++;
   }
   for (Index i = 0; i < variables(); ++i) {
-    const Index model = model_variable[at(i)];
+    const Index model = model_variable[i];
     if (model < 0 || !is_fixed_by_constraint(s, options, model)) continue;
-    fixing_variable[at(next[owned_by_max(i)]++)] = i;
+    fixing_variable[next[owned_by_max(i)]++] = i;
   }
 }
 
@@ -125,20 +125,20 @@ void VariableMap::map_entries(const ProblemStructure& s) {
   hessian.reserve(s.hessian.size());
   hessian_source.reserve(s.hessian.size());
   for (const auto k : indices(s.jacobian)) {
-    const Index row = constraint_of_model[at(s.jacobian[k].row)];
-    const Index col = variable_of_model[at(s.jacobian[k].col)];
+    const Index row = constraint_of_model[s.jacobian[k].row];
+    const Index col = variable_of_model[s.jacobian[k].col];
     if (row < 0 || col < 0) continue;
     jacobian.push_back({row, col});
     jacobian_source.push_back(static_cast<Index>(k));
   }
   for (Index j = 0; j < constraints(); ++j) {
-    if (fixing_variable[at(j)] < 0) continue;
-    jacobian.push_back({j, fixing_variable[at(j)]});
+    if (fixing_variable[j] < 0) continue;
+    jacobian.push_back({j, fixing_variable[j]});
     jacobian_source.push_back(-1);
   }
   for (const auto k : indices(s.hessian)) {
-    const Index row = variable_of_model[at(s.hessian[k].row)];
-    const Index col = variable_of_model[at(s.hessian[k].col)];
+    const Index row = variable_of_model[s.hessian[k].row];
+    const Index col = variable_of_model[s.hessian[k].col];
     if (row < 0 || col < 0) continue;
     hessian.push_back({std::max(row, col), std::min(row, col)});
     hessian_source.push_back(static_cast<Index>(k));
@@ -161,38 +161,37 @@ void VariableMap::list_owners(const ProblemStructure& s) {
   owners.slack_of_variable.assign(at(variables()), -1);
   owners.slack_of_constraint.assign(at(constraints()), -1);
   for (const Index i : indices(y)) {
-    const Index served = s.served_constraint[at(model_variable[at(i)])];
-    if (served < 0 || constraint_of_model[at(served)] < 0) continue;
-    owners.slack_of_variable[at(i)] = slack_of_constraint[at(constraint_of_model[at(served)])];
+    const Index served = s.served_constraint[at(model_variable[i])];
+    if (served < 0 || constraint_of_model[served] < 0) continue;
+    owners.slack_of_variable[i] = slack_of_constraint[constraint_of_model[at(served)]];
   }
-  const auto owner = [&](Index i) -> Index& { return owners.slack_of_variable[at(i)]; };
+  const auto owner = [&](Index i) -> Index& { return owners.slack_of_variable[i]; };
   for (const auto [row, col] : jacobian) {
     if (!max_constraints.contains(row) || owner(col) < 0) continue;
-    owners.slack_of_constraint[at(row)] = owner(col);
-    if (slack_of_constraint[at(row)] >= 0) owner(slack_of_constraint[at(row)]) = owner(col);
+    owners.slack_of_constraint[row] = owner(col);
+    if (slack_of_constraint[row] >= 0) owner(slack_of_constraint[row]) = owner(col);
   }
   owners.is_served.assign(at(variables()), false);
   for (const Index slack : owners.slack_of_variable) {
-    if (slack >= 0) owners.is_served[at(slack)] = true;
+    if (slack >= 0) owners.is_served[slack] = true;
   }
   owners.constraint_of_slack.assign(at(variables()), -1);
   for (const Index j : indices(min_constraints)) {
-    if (slack_of_constraint[at(j)] >= 0)
-      owners.constraint_of_slack[at(slack_of_constraint[at(j)])] = j;
+    if (slack_of_constraint[j] >= 0) owners.constraint_of_slack[slack_of_constraint[at(j)]] = j;
   }
   std::map<std::pair<Index, Index>, std::size_t> entry_of;  // of robust constraints: slack, column
   for (const auto k : indices(jacobian)) {
     const auto [row, col] = jacobian[k];
-    if (!min_constraints.contains(row) || slack_of_constraint[at(row)] < 0) continue;
-    if (owner(col) == slack_of_constraint[at(row)]) {
+    if (!min_constraints.contains(row) || slack_of_constraint[row] < 0) continue;
+    if (owner(col) == slack_of_constraint[row]) {
       owners.own_entries.push_back(k);
     } else {
-      entry_of.try_emplace({slack_of_constraint[at(row)], col}, k);
+      entry_of.try_emplace({slack_of_constraint[row], col}, k);
     }
   }
   for (const auto k : indices(jacobian)) {
     const auto [row, col] = jacobian[k];
-    const Index slack = owners.slack_of_constraint[at(row)];
+    const Index slack = owners.slack_of_constraint[row];
     if (slack < 0) continue;
     if (const auto found = entry_of.find({slack, col}); found != entry_of.end()) {
       owners.shared_entries.push_back({found->second, k, row});

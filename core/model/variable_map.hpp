@@ -6,6 +6,7 @@
 #include "core/model/indices.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
+#include "linalg/array.hpp"
 
 namespace ipminmax {
 
@@ -19,13 +20,28 @@ struct IndexRange {
 
 [[nodiscard]] inline Numbers<Index> indices(IndexRange range) { return {range.begin, range.end}; }
 
+/// The entries of a vector in a range.
+template <class Vector>
+[[nodiscard]] auto part(Vector& v, IndexRange range) {
+  return v.segment(range.begin, range.size());
+}
+
+/// visit(i, that of the model) for the canonical variables or constraints i that the model has.
+/// of_model: per canonical one, -1 for others.
+template <class Visit>
+void for_each_of_model(const std::vector<Index>& of_model, const Visit& visit) {
+  for (const auto i : indices(of_model)) {
+    if (of_model[i] >= 0) visit(static_cast<Index>(i), at(of_model[i]));
+  }
+}
+
 /// Max variables, slacks included, and Max constraints that serve one robust constraint alone,
 /// which is named by its slack; all empty where there are none.
 struct RowOwners {
-  std::vector<Index> slack_of_variable;    ///< per canonical variable, -1: serves none
-  std::vector<Index> slack_of_constraint;  ///< per canonical constraint, -1: serves none
-  std::vector<Index> constraint_of_slack;  ///< per canonical variable; -1: no slack of Min
-  std::vector<bool> is_served;             ///< per canonical variable: a slack that some serve
+  Array<Index> slack_of_variable;    ///< per canonical variable, -1: serves none
+  Array<Index> slack_of_constraint;  ///< per canonical constraint, -1: serves none
+  Array<Index> constraint_of_slack;  ///< per canonical variable; -1: no slack of Min
+  Array<bool> is_served;             ///< per canonical variable: a slack that some serve
   /// Entries of the Jacobian in the column of a Min variable: of a robust constraint, and of a
   /// constraint that serves it.
   struct Shared {
@@ -40,18 +56,18 @@ struct RowOwners {
 /// patterns there; see CanonicalProblem.
 struct VariableMap {
   IndexRange x, x_slacks, y, y_slacks, min_constraints, max_constraints;
-  std::vector<Index> variable_of_model;    ///< canonical variable of a model variable, -1 if fixed
-  std::vector<Index> model_variable;       ///< model variable of a canonical one, -1 for slacks
-  std::vector<Index> constraint_of_model;  ///< -1 for constraints without bounds
-  std::vector<Index> model_constraint;     ///< -1 where a variable is fixed by the constraint
-  std::vector<Index> fixing_variable;      ///< canonical variable of such a constraint, else -1
-  std::vector<Index> slack_of_constraint;  ///< -1 for equalities
-  std::vector<bool> varies;                ///< constraints of the model that read a free variable
+  Array<Index> variable_of_model;          ///< canonical variable of a model variable, -1 if fixed
+  Array<Index> model_variable;             ///< model variable of a canonical one, -1 for slacks
+  Array<Index> constraint_of_model;        ///< -1 for constraints without bounds
+  Array<Index> model_constraint;           ///< -1 where a variable is fixed by the constraint
+  Array<Index> fixing_variable;            ///< canonical variable of such a constraint, else -1
+  Array<Index> slack_of_constraint;        ///< -1 for equalities
+  Array<bool> varies;                      ///< constraints of the model that read a free variable
   std::vector<Index> robust_constraints;   ///< of Min that read Max variables; ascending
   std::vector<Triplet> jacobian, hessian;  ///< without the slacks' entries
   RowOwners owners;
   /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
-  std::vector<Index> jacobian_source, hessian_source;
+  Array<Index> jacobian_source, hessian_source;
 
   /// Of a checked structure. The error: a player has too few degrees of freedom.
   /// Of another structure before: nothing of that is left.
