@@ -11,33 +11,31 @@ namespace ipminmax {
 
 /// The barrier parameter of a solve and the rule by which it changes: mu_strategy,
 /// minmax_barrier_rule.
-class BarrierUpdate {
+class BarrierUpdate : MethodContext {
  public:
   /// first: where the solve begins.
   BarrierUpdate(const MethodContext& context, const Point& first)
-      : context_(context),
-        least_(final_barrier(context.options, context.canonical.user_objective_scale())),
-        mu_(std::max(context.options.mu_init, least_)) {
-    if (context.options.mu_strategy == BarrierStrategy::Adaptive)
-      static_cast<void>(change_rule(first));
+      : MethodContext(context),
+        least_(final_barrier(options_, canonical_.user_objective_scale())),
+        mu_(std::max(options_.mu_init, least_)) {
+    if (options_.mu_strategy == BarrierStrategy::Adaptive) static_cast<void>(change_rule(first));
   }
 
   [[nodiscard]] double mu() const { return mu_; }
   /// Chooses the parameter of the next step from a point that the last one led to. True: another
   /// one than before.
   [[nodiscard]] bool update(const Point& point, const StepReport& last) {
-    const SolverOptions& options = context_.options;
     // Algorithm 1 decreases b after a step, so not before the first.
-    if (options.minmax_barrier_rule == BarrierRule::Paper && context_.budget.iteration == 0) {
+    if (options_.minmax_barrier_rule == BarrierRule::Paper && budget_.iteration == 0) {
       return false;
     }
     const double before = mu_;
     if (adaptive_) {
       BarrierState now;
-      now.residual = squared_residual(context_.canonical, point).total();
+      now.residual = squared_residual(canonical_, point).total();
       now.merit = {point.evaluation.c.lpNorm<1>(), point.evaluation.f};
-      now.average = complementarity_of(context_.canonical, point.iterate).average;
-      now.barrier_error = measured_barrier_error(context_.canonical, point, mu_).scaled;
+      now.average = complementarity_of(canonical_, point.iterate).average;
+      now.barrier_error = measured_barrier_error(canonical_, point, mu_).scaled;
       now.step_accepted = last.kind != StepKind::Leap && last.kind != StepKind::Restoration;
       mu_ = adaptive_->next(
           mu_, now, [&] { return ask_oracle(point); },
@@ -50,23 +48,22 @@ class BarrierUpdate {
 
   /// Another search begins: with the first parameter.
   void begin_anew() {
-    mu_ = std::max(context_.options.mu_init, least_);
+    mu_ = std::max(options_.mu_init, least_);
     forget_progress();
   }
 
   /// The other mu_strategy from this point on. False: without bounds there is none.
   [[nodiscard]] bool change_rule(const Point& point) {
-    const Complementarity products = complementarity_of(context_.canonical, point.iterate);
+    const Complementarity products = complementarity_of(canonical_, point.iterate);
     if (products.bounds == 0) return false;
     if (adaptive_) {
       adaptive_.reset();
       return true;
     }
-    adaptive_.emplace(
-        context_.options, least_,
-        least_adaptive_barrier(context_.options, context_.canonical.user_objective_scale()),
-        products.average);
-    rhs_ = step_ = affine_ = zero_step(context_.canonical);
+    adaptive_.emplace(options_, least_,
+                      least_adaptive_barrier(options_, canonical_.user_objective_scale()),
+                      products.average);
+    rhs_ = step_ = affine_ = zero_step(canonical_);
     return true;
   }
 
@@ -82,42 +79,37 @@ class BarrierUpdate {
 
  private:
   [[nodiscard]] double monotone(const Point& point, double from) const {
-    const auto error = [&](double mu) {
-      return measured_barrier_error(context_.canonical, point, mu);
-    };
+    const auto error = [&](double mu) { return measured_barrier_error(canonical_, point, mu); };
     return next_barrier(
         from, least_, [&](double mu) { return error(mu).scaled; },
-        [&](double mu) { return error(mu).norm(); }, context_.options);
+        [&](double mu) { return error(mu).norm(); }, options_);
   }
 
   [[nodiscard]] std::optional<double> ask_oracle(const Point& point) {
-    const CanonicalProblem& canonical = context_.canonical;
-    KktSystem& kkt = context_.kkt;
-    const Complementarity products = complementarity_of(canonical, point.iterate);
-    if (context_.options.mu_oracle == BarrierOracle::Loqo) return loqo_barrier(products);
+    const Complementarity products = complementarity_of(canonical_, point.iterate);
+    if (options_.mu_oracle == BarrierOracle::Loqo) return loqo_barrier(products);
 
     // The Newton step to mu = 0, with shifts of its own: the step's memory of shifts stays as it
     // is.
-    InertiaCorrection correction = context_.correction;
-    const KktSystem::Counting counting(kkt, FactorizationCause::Barrier);
-    newton_residual(canonical, point, 0.0, rhs_);
-    kkt.assemble(point.iterate, point.evaluation);
-    if (!correction.correct(mu_) || !kkt.solve(point.evaluation, rhs_, step_)) return std::nullopt;
-    if (context_.options.mu_oracle == BarrierOracle::Probing) {
-      return probing_barrier(canonical, point.iterate, step_, work_);
+    InertiaCorrection correction = correction_;
+    const KktSystem::Counting counting(kkt_, FactorizationCause::Barrier);
+    newton_residual(canonical_, point, 0.0, rhs_);
+    kkt_.assemble(point.iterate, point.evaluation);
+    if (!correction.correct(mu_) || !kkt_.solve(point.evaluation, rhs_, step_)) return std::nullopt;
+    if (options_.mu_oracle == BarrierOracle::Probing) {
+      return probing_barrier(canonical_, point.iterate, step_, work_);
     }
     affine_ = step_;
     const double average = products.average;
     set_zero(rhs_);
-    rhs_.v = -average * canonical.damping();
-    for (const Index i : canonical.lower_bounded()) rhs_.z_lower[i] = average;
-    for (const Index i : canonical.upper_bounded()) rhs_.z_upper[i] = average;
-    if (!kkt.solve(point.evaluation, rhs_, step_)) return std::nullopt;
-    return quality_function_barrier(canonical, point.iterate, squared_residual(canonical, point),
-                                    affine_, step_, context_.options.tau_min, work_);
+    rhs_.v = -average * canonical_.damping();
+    for (const Index i : canonical_.lower_bounded()) rhs_.z_lower[i] = average;
+    for (const Index i : canonical_.upper_bounded()) rhs_.z_upper[i] = average;
+    if (!kkt_.solve(point.evaluation, rhs_, step_)) return std::nullopt;
+    return quality_function_barrier(canonical_, point.iterate, squared_residual(canonical_, point),
+                                    affine_, step_, options_.tau_min, work_);
   }
 
-  MethodContext context_;
   double least_;  ///< final_barrier
   double mu_;
   std::optional<AdaptiveBarrier> adaptive_;  ///< empty for mu_strategy monotone

@@ -26,18 +26,13 @@ namespace ipminmax {
 /// The globalized method, docs/algorithm.md: the minimizer descends on phi(x), the local maximum
 /// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
 /// Without Max variables this is Ipopt's filter line search.
-class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
+class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, MethodContext {
  public:
   /// first: where the search begins.
   GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first,
                    GlobalizedArrays& arrays)
       : Kept(&arrays),
-        canonical_(context.canonical),
-        kkt_(context.kkt),
-        correction_(context.correction),
-        options_(context.options),
-        limit_(context.limit),
-        budget_(context.budget),
+        MethodContext(context),
         restorer_(std::move(restorer)),
         patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
         outer_(context, first, outer_arrays_) {
@@ -494,11 +489,11 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
       if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
       return has_max() || filter_.acceptable({theta, barrier_objective(canonical_, v, f, run.mu)});
     };
-    const Index granted = budget_.left_to_restore();
-    Index left = granted;
     Point& restored = outer_.trial;
     restored.iterate = from.iterate;
     restored.evaluation = from.evaluation;
+    const Index granted = budget_.left_to_restore();
+    Index left = granted;
     const auto outcome =
         restore_feasibility(canonical_, options_, run.mu, acceptable, restorer_, restored, left);
     budget_.restoration += granted - left;
@@ -600,7 +595,6 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     return true;
   }
 
-  [[nodiscard]] bool has_max() const { return outer_.has_max(); }
   [[nodiscard]] bool can_restore(const Point& point) const {
     constexpr double kClearViolation = 100.0;  // over tol
     return restorer_.solve && max_norm(point.evaluation.c) > kClearViolation * options_.tol;
@@ -670,12 +664,6 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays> {
     dominated_steps_ = 0;
   }
 
-  CanonicalProblem& canonical_;
-  KktSystem& kkt_;
-  InertiaCorrection& correction_;
-  const SolverOptions& options_;
-  TimeLimit& limit_;
-  IterationBudget& budget_;
   Restorer restorer_;
   Patience patience_;
   OuterBlock outer_;

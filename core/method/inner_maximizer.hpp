@@ -37,11 +37,6 @@ struct InnerDirection {
   [[nodiscard]] double largest_gain() const {
     return std::max(std::abs(gain), std::abs(copies_gain));
   }
-  /// Whether it is the step from a point, with some mu.
-  [[nodiscard]] bool is_at(const Point& point) const {
-    return hessian_call != 0 && hessian_call == point.evaluation.hessian_call &&
-           jacobian_call == point.evaluation.jacobian_call;
-  }
 };
 
 /// What an InnerMaximizer works with, kept from one to the next.
@@ -61,16 +56,11 @@ struct InnerArrays {
 /// on (violation of the Max constraints, minus value), second-order correction. Robust constraints,
 /// which Max tries to violate, enter the value as lambda_r' c_r with lambda_r held, so that a copy
 /// of y that belongs to one of them maximizes it whether Min satisfies it or not.
-class InnerMaximizer : Kept<InnerArrays> {
+class InnerMaximizer : Kept<InnerArrays>, MethodContext {
  public:
   /// first: where the search begins.
   InnerMaximizer(const MethodContext& context, const Point& first, InnerArrays& arrays)
-      : Kept(&arrays),
-        canonical_(context.canonical),
-        kkt_(context.kkt),
-        correction_(context.correction),
-        options_(context.options),
-        limit_(context.limit) {
+      : Kept(&arrays), MethodContext(context) {
     trial_ = first;
     for (Step* step : {&rhs_, &correction_step_}) set_zero(canonical_, *step);
     gradient_ = start_v_ = rhs_.v;
@@ -168,7 +158,9 @@ class InnerMaximizer : Kept<InnerArrays> {
 
   /// Whether it is the direction at the point, with its factors at hand.
   [[nodiscard]] bool is_known(const InnerDirection& direction, const Point& point) const {
-    return direction.is_at(point) && kkt_.are_current_inner(direction.factors);
+    return direction.hessian_call != 0 && direction.hessian_call == point.evaluation.hessian_call &&
+           direction.jacobian_call == point.evaluation.jacobian_call &&
+           kkt_.are_current_inner(direction.factors);
   }
 
   /// leave along the direction of the largest curvature, by the factors of K_yy.
@@ -257,9 +249,8 @@ class InnerMaximizer : Kept<InnerArrays> {
     Eigen::VectorXd& corrected_c() const { return owner.corrected_c_; }
 
     Trial merit() const {
-      Trial result;
-      result.usable = owner.evaluate_merit(trial(), mu, result.merit);
-      return result;
+      if (evaluate_values(owner.canonical_, trial()) != EvaluationStatus::Ok) return {};
+      return {.usable = true, .merit = owner.merit(trial(), mu)};
     }
     Trial evaluate(double /*slope*/, StepLength alpha) const {
       owner.move(point, step, alpha, mu, trial());
@@ -320,13 +311,6 @@ class InnerMaximizer : Kept<InnerArrays> {
     return true;
   }
 
-  [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit) {
-    if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return false;
-    merit.theta = theta(trial);
-    merit.phi = -value(trial, mu);
-    return true;
-  }
-
   [[nodiscard]] double value(const Point& point, double mu) const {
     const Iterate& z = point.iterate;
     double value = barrier_objective(canonical_, z.v, point.evaluation.f, mu) +
@@ -374,12 +358,6 @@ class InnerMaximizer : Kept<InnerArrays> {
     advance(canonical_, step, alpha, to.iterate, InequalityLength::Dual);
     clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
   }
-
-  CanonicalProblem& canonical_;
-  KktSystem& kkt_;
-  InertiaCorrection& correction_;
-  const SolverOptions& options_;
-  TimeLimit& limit_;
 };
 
 }  // namespace ipminmax

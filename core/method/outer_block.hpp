@@ -42,7 +42,7 @@ struct OuterArrays {
 /// The minimizer's side of the globalized method: the Newton step through K, and phi(x), estimated
 /// by the barrier value plus the predicted gain of the inner Newton step, along it. Without Max
 /// variables phi is the barrier objective.
-class OuterBlock : public Kept<OuterArrays> {
+class OuterBlock : public Kept<OuterArrays>, MethodContext {
  public:
   /// The largest merit phi worth looking at where the violation is theta.
   class Bound {
@@ -66,12 +66,7 @@ class OuterBlock : public Kept<OuterArrays> {
 
   /// first: where the search begins.
   OuterBlock(const MethodContext& context, const Point& first, OuterArrays& arrays)
-      : Kept(&arrays),
-        inner(context, first, inner_arrays),
-        canonical_(context.canonical),
-        kkt_(context.kkt),
-        correction_(context.correction),
-        options_(context.options) {
+      : Kept(&arrays), MethodContext(context), inner(context, first, inner_arrays) {
     trial = first;
     for (Step* zero : {&rhs, &step, &corrected}) set_zero(canonical_, *zero);
     direction.clear(canonical_);
@@ -79,8 +74,6 @@ class OuterBlock : public Kept<OuterArrays> {
     gradient_ = rhs.v;
     corrected_c = rhs.lambda;
   }
-
-  [[nodiscard]] bool has_max() const { return canonical_.max_size() > 0; }
 
   /// Violation of the Min constraints and f_b.
   [[nodiscard]] Merit merit(const Point& point, double mu) const {
@@ -251,12 +244,6 @@ class OuterBlock : public Kept<OuterArrays> {
 
   InnerMaximizer inner;
   KktFactors factors;  ///< of K
-
- private:
-  CanonicalProblem& canonical_;
-  KktSystem& kkt_;
-  InertiaCorrection& correction_;
-  const SolverOptions& options_;
 };
 
 }  // namespace ipminmax

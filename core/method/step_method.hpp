@@ -84,15 +84,18 @@ struct IterationBudget {
   }
 };
 
-/// What the parts of a method work with; one for all searches of a solve.
+/// What the parts of a method, which derive from it, work with; one for all searches of a solve.
 struct MethodContext {
-  CanonicalProblem& canonical;
-  KktSystem& kkt;
-  InertiaCorrection& correction;
-  const SolverOptions& options;
-  TimeLimit& limit;
-  IterationBudget& budget;
-  Counts& counts;
+  CanonicalProblem& canonical_;
+  KktSystem& kkt_;
+  InertiaCorrection& correction_;
+  const SolverOptions& options_;
+  TimeLimit& limit_;
+  IterationBudget& budget_;
+  Counts& counts_;
+
+  /// Else it is a minimization.
+  [[nodiscard]] bool has_max() const { return canonical_.max_size() > 0; }
 };
 
 /// A rule that leads from point to point. Points given have functions, derivatives and dual

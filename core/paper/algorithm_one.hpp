@@ -25,20 +25,20 @@ namespace ipminmax {
 
 /// The paper's Algorithm 1: Newton steps with shifts that give both matrices the expected inertia,
 /// one step length for everything, no line search.
-class AlgorithmOne final : public StepMethod {
+class AlgorithmOne final : public StepMethod, MethodContext {
   static constexpr std::size_t kCompared = 10;  ///< residuals that a step's is compared with
 
  public:
-  explicit AlgorithmOne(const MethodContext& context) : context_(context) {
-    rhs_ = step_ = zero_step(context.canonical);
+  explicit AlgorithmOne(const MethodContext& context) : MethodContext(context) {
+    rhs_ = step_ = zero_step(canonical_);
     last_residuals_.reserve(kCompared + 1);
   }
 
   [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override {
     StepReport report;
     if (!compute_step(from, mu, report)) return report;
-    report.moved = context_.options.minmax_residual_watchdog ? watched_step(from, mu, to, report)
-                                                             : take_step(from, 1.0, mu, to, report);
+    report.moved = options_.minmax_residual_watchdog ? watched_step(from, mu, to, report)
+                                                     : take_step(from, 1.0, mu, to, report);
     return report;
   }
 
@@ -50,21 +50,20 @@ class AlgorithmOne final : public StepMethod {
 
   /// The Newton step at a point. False: the report says why not.
   [[nodiscard]] bool compute_step(const Point& from, double mu, StepReport& report) {
-    newton_residual(context_.canonical, from, mu, rhs_);
-    context_.kkt.assemble(from.iterate, from.evaluation);
-    const double residual_norm =
-        barrier_error(context_.canonical, from, mu, context_.options.s_max).norm();
-    const bool frozen = residual_norm <= context_.options.minmax_freeze_tol;
+    newton_residual(canonical_, from, mu, rhs_);
+    kkt_.assemble(from.iterate, from.evaluation);
+    const double residual_norm = barrier_error(canonical_, from, mu, options_.s_max).norm();
+    const bool frozen = residual_norm <= options_.minmax_freeze_tol;
     for (;;) {
-      const Index raises = context_.counts.instability_raises;
+      const Index raises = counts_.instability_raises;
       if (!factorize(frozen, mu, report)) return false;
       report.delta_x = shift_.x;
       report.delta_y = shift_.y;
-      report.kind = context_.counts.instability_raises > raises ? StepKind::Instability
-                    : shift_ == Regularization{}                ? StepKind::Newton
-                                                                : StepKind::Shifted;
-      if (context_.kkt.solve(from.evaluation, rhs_, step_) && is_finite(step_)) return true;
-      if (!context_.kkt.increase_quality()) {
+      report.kind = counts_.instability_raises > raises ? StepKind::Instability
+                    : shift_ == Regularization{}        ? StepKind::Newton
+                                                        : StepKind::Shifted;
+      if (kkt_.solve(from.evaluation, rhs_, step_) && is_finite(step_)) return true;
+      if (!kkt_.increase_quality()) {
         report.fail(Status::LinearSolverFailed, "the Newton system cannot be solved accurately");
         return false;
       }
@@ -74,16 +73,15 @@ class AlgorithmOne final : public StepMethod {
   /// Along the step as far as the bounds, the longest length allowed and the functions admit.
   [[nodiscard]] bool take_step(const Point& from, double longest, double mu, Point& to,
                                StepReport& report) {
-    CanonicalProblem& canonical = context_.canonical;
     StepLength alpha =
-        largest_step(canonical, from.iterate, step_, boundary_fraction(mu, context_.options));
+        largest_step(canonical_, from.iterate, step_, boundary_fraction(mu, options_));
     // One step length for everything, as in Algorithm 1.
     alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
     EvaluationStatus status = EvaluationStatus::Ok;
     for (report.trials = 1; report.trials <= parameters::kHalvings; ++report.trials) {
       to.iterate = from.iterate;
-      advance(canonical, step_, alpha, to.iterate);
-      status = evaluate_values(canonical, to);
+      advance(canonical_, step_, alpha, to.iterate);
+      status = evaluate_values(canonical_, to);
       if (status == EvaluationStatus::Ok) break;
       alpha.primal = alpha.dual = 0.5 * alpha.primal;
     }
@@ -93,8 +91,8 @@ class AlgorithmOne final : public StepMethod {
     }
     report.alpha = alpha;
     report.step_norm = max_norm(step_.v);
-    clip_bound_multipliers(canonical, mu, context_.options.kappa_sigma, to.iterate);
-    status = evaluate_derivatives(canonical, to);
+    clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
+    status = evaluate_derivatives(canonical_, to);
     if (status != EvaluationStatus::Ok) fail(status, "at an iterate", report);
     return status == EvaluationStatus::Ok;
   }
@@ -103,7 +101,7 @@ class AlgorithmOne final : public StepMethod {
     // Halve the step while the residual exceeds the largest of the last few.
     for (double longest = 1.0;; longest *= 0.5) {
       if (!take_step(from, longest, mu, to, report)) return false;
-      const double norm = barrier_error(context_.canonical, to, mu, context_.options.s_max).norm();
+      const double norm = barrier_error(canonical_, to, mu, options_.s_max).norm();
       const bool falls =
           last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
       constexpr double kShortest = 1e-3;
@@ -116,10 +114,10 @@ class AlgorithmOne final : public StepMethod {
   }
 
   [[nodiscard]] bool factorize(bool frozen, double mu, StepReport& report) {
-    const auto fixed = prescribed_shift(context_.options);
+    const auto fixed = prescribed_shift(options_);
     if (fixed) shift_ = *fixed;
     if (fixed || frozen) {
-      const Factorization f = context_.kkt.factorize(shift_, Certainty::Usual);
+      const Factorization f = kkt_.factorize(shift_, Certainty::Usual);
       if (f.status == FactorizationStatus::Ok) {
         report.shifts.full = f.inertia;
         return true;
@@ -130,23 +128,21 @@ class AlgorithmOne final : public StepMethod {
         return false;
       }
     }
-    const auto shift = context_.correction.correct(mu);
+    const auto shift = correction_.correct(mu);
     if (!shift) {
       report.fail(Status::InertiaCorrectionFailed,
                   "no shift of the Hessian gives the KKT matrix the expected inertia");
       return false;
     }
     shift_ = *shift;
-    report.shifts = context_.correction.findings();
+    report.shifts = correction_.findings();
     return true;
   }
 
   void fail(EvaluationStatus status, std::string_view where, StepReport& report) const {
-    report.fail(status_of(status),
-                context_.canonical.evaluation_error() + " " + std::string(where));
+    report.fail(status_of(status), canonical_.evaluation_error() + " " + std::string(where));
   }
 
-  MethodContext context_;
   NewtonResidual rhs_;
   Step step_;
   Regularization shift_;                ///< of the last step, kept in the freeze neighbourhood

@@ -20,13 +20,14 @@ PointRank rank_of(const CanonicalProblem& canonical, const SolverOptions& option
           .error = or_last(point.error.total)};
 }
 
-void BestPoint::see(const PointRank& rank, const Point& point, double mu, Index iteration) {
-  if (any_ && !(rank < rank_)) return;
-  any_ = true;
-  rank_ = rank;
-  point_ = point;
-  mu_ = mu;
-  iteration_ = iteration;
+void BestPoint::see(const PointRank& its_rank, const Point& its_point, double its_mu,
+                    Index its_iteration) {
+  if (any && !(its_rank < rank)) return;
+  any = true;
+  rank = its_rank;
+  point = its_point;
+  mu = its_mu;
+  iteration = its_iteration;
 }
 
 }  // namespace ipminmax

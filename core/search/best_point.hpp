@@ -25,24 +25,15 @@ struct PointRank {
                                 const Point& point);
 
 /// The best point that the searches of a solve have seen, for the case that they fail.
-class BestPoint {
- public:
-  /// As one that has seen none; the point keeps its room.
-  void begin_anew() { any_ = false; }
+struct BestPoint {
+  bool any = false;  ///< have seen one; else the point is room for it
+  PointRank rank;
+  Point point;
+  double mu = 0.0;
+  Index iteration = 0;
+
   /// Takes the point where it is the best so far.
-  void see(const PointRank& rank, const Point& point, double mu, Index iteration);
-
-  [[nodiscard]] const PointRank& rank() const { return rank_; }
-  [[nodiscard]] const Point& point() const { return point_; }
-  [[nodiscard]] double mu() const { return mu_; }
-  [[nodiscard]] Index iteration() const { return iteration_; }
-
- private:
-  bool any_ = false;
-  PointRank rank_;
-  Point point_;
-  double mu_ = 0.0;
-  Index iteration_ = 0;
+  void see(const PointRank& its_rank, const Point& its_point, double its_mu, Index its_iteration);
 };
 
 }  // namespace ipminmax

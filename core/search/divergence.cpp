@@ -45,8 +45,7 @@ bool gets_better(CanonicalProblem& canonical, const Point& point, const Eigen::V
   const Eigen::VectorXd slope = here.gradient.cwiseAbs();
   for (const double factor : {10.0, 1000.0}) {
     Eigen::VectorXd far = v;
-    far.segment(variables.begin, variables.size()) +=
-        factor * step.segment(variables.begin, variables.size());
+    part(far, variables) += factor * part(step, variables);
     far = far.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
     double f = 0.0;
     if (canonical.objective(far, f) != EvaluationStatus::Ok) return true;
@@ -64,21 +63,21 @@ bool gets_better(CanonicalProblem& canonical, const Point& point, const Eigen::V
 /// A Newton step as far as the bounds allow, and the functions where it leads.
 bool newton_step(const MethodContext& context, double mu, Point& point, NewtonResidual& rhs,
                  Step& step) {
-  CanonicalProblem& canonical = context.canonical;
+  CanonicalProblem& canonical = context.canonical_;
   newton_residual(canonical, point, mu, rhs);
-  context.kkt.assemble(point.iterate, point.evaluation);
-  if (context.kkt.factorize({}, Certainty::Usual).status != FactorizationStatus::Ok ||
-      !context.kkt.solve(point.evaluation, rhs, step)) {
+  context.kkt_.assemble(point.iterate, point.evaluation);
+  if (context.kkt_.factorize({}, Certainty::Usual).status != FactorizationStatus::Ok ||
+      !context.kkt_.solve(point.evaluation, rhs, step)) {
     return false;
   }
   advance(canonical, step,
-          largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options)),
+          largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options_)),
           point.iterate);
   if (evaluate_values(canonical, point) != EvaluationStatus::Ok ||
       evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) {
     return false;
   }
-  measure(canonical, context.options, point);
+  measure(canonical, context.options_, point);
   return true;
 }
 
@@ -114,8 +113,8 @@ namespace {
 /// Whether f at a feasible point is far better than its value and slope at the start promise, and
 /// still gets better. So does exp(x), whose x itself has not gone far.
 bool has_outgrown_start(const MethodContext& context, const Point& point, IndexRange variables) {
-  CanonicalProblem& canonical = context.canonical;
-  if (variables.size() == 0 || !(max_norm(point.evaluation.c) <= context.options.constr_viol_tol))
+  CanonicalProblem& canonical = context.canonical_;
+  if (variables.size() == 0 || !(max_norm(point.evaluation.c) <= context.options_.constr_viol_tol))
     return false;
   const Eigen::VectorXd& start = canonical.starting_point().v;
   const Eigen::VectorXd& v = point.iterate.v;
@@ -141,7 +140,7 @@ bool has_outgrown_start(const MethodContext& context, const Point& point, IndexR
 void name_divergence(const MethodContext& context, const Point& point, Status& status,
                      std::string& message) {
   if (!can_be_divergence(status)) return;
-  CanonicalProblem& canonical = context.canonical;
+  CanonicalProblem& canonical = context.canonical_;
   const IndexRange x{0, canonical.y().begin}, y{canonical.y().begin, canonical.variables()};
   const auto looks_unbounded = [&](IndexRange variables) {
     return has_run_away(canonical, point, variables) ||
@@ -155,7 +154,7 @@ void name_divergence(const MethodContext& context, const Point& point, Status& s
     message = "the minimization looks unbounded";
   } else {
     const IndexRange max = canonical.max_constraints();
-    const auto multipliers = point.iterate.lambda.segment(max.begin, max.size());
+    const auto multipliers = part(point.iterate.lambda, max);
     if (max.size() > 0 && multipliers.lpNorm<Eigen::Infinity>() > divergence::kLargeMultiplier) {
       status = Status::InnerInfeasible;
       message =
@@ -167,7 +166,7 @@ void name_divergence(const MethodContext& context, const Point& point, Status& s
 
 bool runs_to_infinity(const MethodContext& context, const Point& from, double mu,
                       FirstOrderTest& test) {
-  CanonicalProblem& canonical = context.canonical;
+  CanonicalProblem& canonical = context.canonical_;
   if (has_died_out(canonical, from)) return true;
   Point point = from;
   NewtonResidual rhs = zero_step(canonical);
@@ -197,7 +196,7 @@ namespace {
 /// what is flat here is flat on all the way.
 bool is_quadratic_in_y(CanonicalProblem& canonical, const Point& from) {
   const IndexRange y = canonical.y();
-  const auto of_y = [&](const Eigen::VectorXd& v) { return v.segment(y.begin, y.size()).array(); };
+  const auto of_y = [&](const Eigen::VectorXd& v) { return part(v, y).array(); };
   Eigen::VectorXd way = canonical.starting_point().v - from.iterate.v;
   way.head(y.begin).setZero();
   way.tail(way.size() - y.end).setZero();
@@ -213,8 +212,8 @@ bool is_quadratic_in_y(CanonicalProblem& canonical, const Point& from) {
 }  // namespace
 
 bool is_on_plateau(const MethodContext& context, const Point& found, double mu) {
-  CanonicalProblem& canonical = context.canonical;
-  KktSystem& kkt = context.kkt;
+  CanonicalProblem& canonical = context.canonical_;
+  KktSystem& kkt = context.kkt_;
   Point there = found;
   if (evaluate_derivatives(canonical, there) != EvaluationStatus::Ok ||
       is_quadratic_in_y(canonical, there))
@@ -254,7 +253,7 @@ bool is_on_plateau(const MethodContext& context, const Point& found, double mu) 
   }
   const double slope = there.dual.dot(back), change = there.evaluation.f - found.evaluation.f;
   // A solve leaves tol in the value, and a start beside the solution shows no range.
-  return clearly_greater(std::max(std::abs(change), std::abs(slope)), context.options.tol, range,
+  return clearly_greater(std::max(std::abs(change), std::abs(slope)), context.options_.tol, range,
                          parameters::kHardly);
 }
 
@@ -262,13 +261,12 @@ namespace {
 
 /// With robust constraints, which a search over y may meet elsewhere, only where Max's are not met.
 bool may_be_infeasible(const MethodContext& context, const SearchOutcome& outcome) {
-  const CanonicalProblem& canonical = context.canonical;
+  const CanonicalProblem& canonical = context.canonical_;
   const Eigen::VectorXd& c = outcome.point.evaluation.c;
   const IndexRange of_max = canonical.max_constraints();
   if (!search_failed(outcome.status) || of_max.size() == 0) return false;
   const bool robust = !canonical.robust_constraints().empty();
-  return max_norm(robust ? c.segment(of_max.begin, of_max.size()) : c.head(c.size())) >
-         context.options.constr_viol_tol;
+  return max_norm(robust ? part(c, of_max) : c.head(c.size())) > context.options_.constr_viol_tol;
 }
 
 }  // namespace
@@ -276,22 +274,22 @@ bool may_be_infeasible(const MethodContext& context, const SearchOutcome& outcom
 void name_infeasibility(const MethodContext& context, const ProblemStructure& structure,
                         const Restorer& restorer, SearchOutcome& outcome) {
   if (!may_be_infeasible(context, outcome)) return;
-  CanonicalProblem& canonical = context.canonical;
+  CanonicalProblem& canonical = context.canonical_;
   const auto feasible = [&](const Eigen::VectorXd&, const Eigen::VectorXd& c) {
-    return max_norm(c) <= context.options.constr_viol_tol;
+    return max_norm(c) <= context.options_.constr_viol_tol;
   };
-  IterationBudget& budget = context.budget;
+  IterationBudget& budget = context.budget_;
   const Index granted = std::max<Index>(0, budget.limit - budget.iteration - budget.restoration);
   Index allowed = granted;
   Point least = outcome.point;
-  const RestorationOutcome found = restore_feasibility(canonical, context.options, outcome.mu,
+  const RestorationOutcome found = restore_feasibility(canonical, context.options_, outcome.mu,
                                                        feasible, restorer, least, allowed);
   budget.restoration += granted - allowed;
   if (found != RestorationOutcome::UserStop && found != RestorationOutcome::LocallyInfeasible)
     return;
 
   evaluate_where_defined(canonical, least);
-  measure(canonical, context.options, least);
+  measure(canonical, context.options_, least);
   outcome.point = std::move(least);
   outcome.certificate = {};
   outcome.of_iteration.reset();

@@ -61,13 +61,11 @@ bool FirstOrderTest::has_settled(const Iterate& iterate) {
   const Eigen::VectorXd& v = iterate.v;
   const double multiplier = iterate.lambda.size() > 0 ? iterate.lambda.cwiseAbs().maxCoeff() : 0.0;
   const auto moves = [&](IndexRange variables) {
-    const auto part = [&](const Eigen::VectorXd& of) {
-      return of.segment(variables.begin, variables.size()).array();
-    };
+    const auto of = [&](const Eigen::VectorXd& all) { return part(all, variables).array(); };
     // Beside a variable that has gone far from its start a step may look like rest.
-    const auto start = part(canonical_.starting_point().v).abs();
-    const auto size = (start > 0.0).select(start, part(v).abs());
-    return ((part(v) - part(settled_at_)).abs() > parameters::kHardly * size).any();
+    const auto start = of(canonical_.starting_point().v).abs();
+    const auto size = (start > 0.0).select(start, of(v).abs());
+    return ((of(v) - of(settled_at_)).abs() > parameters::kHardly * size).any();
   };
   if (settled_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {
     settled_at_ = v;

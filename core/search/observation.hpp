@@ -12,18 +12,17 @@
 #include "core/point/residual.hpp"
 #include "core/search/outcome.hpp"
 #include "linalg/numbers.hpp"
+#include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 
 /// Tells the caller's observer of the iterations of a solve.
-class Observation {
+class Observation : MethodContext, Uncopied {
  public:
   /// totals: fills in what a result says of the solve as a whole.
   Observation(const SolveObserver& observer, const MethodContext& context,
               std::function<void(Result&)> totals)
-      : observer_(observer), context_(context), totals_(std::move(totals)) {}
-  Observation(const Observation&) = delete;
-  Observation& operator=(const Observation&) = delete;
+      : MethodContext(context), observer_(observer), totals_(std::move(totals)) {}
 
   /// Whether anybody listens to iterations.
   [[nodiscard]] bool is_wanted() const { return observer_.on_iteration != nullptr; }
@@ -33,11 +32,11 @@ class Observation {
     mu_ = mu;
     if (!is_wanted()) return true;
     IterationInfo info;
-    info.iteration = context_.budget.iteration;
-    info.objective = context_.canonical.unscaled_objective(point.evaluation.f);
+    info.iteration = budget_.iteration;
+    info.objective = canonical_.unscaled_objective(point.evaluation.f);
     info.error = point.error;
     info.mu = mu;
-    info.barrier_error = measured_barrier_error(context_.canonical, point, mu).norm();
+    info.barrier_error = measured_barrier_error(canonical_, point, mu).norm();
     info.step_norm = step.step_norm;
     info.delta_x = step.delta_x;
     info.delta_y = step.delta_y;
@@ -47,9 +46,9 @@ class Observation {
     info.shifts = step.shifts;
     info.trials = step.trials;
     count_factorizations(info);
-    info.v = context_.canonical.model_point(point.iterate.v);
+    info.v = canonical_.model_point(point.iterate.v);
     info.result = [this] { return stopped_at(*point_); };
-    info.scaling = [this](UserScaling& factors) { context_.canonical.write_scaling(factors); };
+    info.scaling = [this](UserScaling& factors) { canonical_.write_scaling(factors); };
     return tell(info);
   }
 
@@ -57,28 +56,27 @@ class Observation {
   [[nodiscard]] bool tell_restoration(double mu, const IterationInfo& nested, const Point& from,
                                       const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
     mu_ = mu;
-    CanonicalProblem& canonical = context_.canonical;
     IterationInfo info = nested;
     info.restoration = true;
-    info.iteration = context_.budget.iteration + 1;
+    info.iteration = budget_.iteration + 1;
     info.factorizations_full = info.factorizations_inner = 0;
     double f = kNaN;
-    if (canonical.objective(v, f) != EvaluationStatus::Ok) {
+    if (canonical_.objective(v, f) != EvaluationStatus::Ok) {
       f = kNaN;
     }
-    info.objective = canonical.unscaled_objective(f);
+    info.objective = canonical_.unscaled_objective(f);
     info.error.primal = 0.0;
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (Index j = 0; j < canonical_.constraints(); ++j) {
       info.error.primal =
-          std::max(info.error.primal, std::abs(c[j]) / canonical.constraint_scale(j));
+          std::max(info.error.primal, std::abs(c[j]) / canonical_.constraint_scale(j));
     }
-    info.v = canonical.model_point(v);
-    info.scaling = [&](UserScaling& factors) { canonical.write_scaling(factors); };
+    info.v = canonical_.model_point(v);
+    info.scaling = [this](UserScaling& factors) { canonical_.write_scaling(factors); };
     info.result = [&] {
       Point here = from;
       here.iterate.v = v;
-      evaluate_where_defined(canonical, here);
-      measure(canonical, context_.options, here);
+      evaluate_where_defined(canonical_, here);
+      measure(canonical_, options_, here);
       return stopped_at(here);
     };
     return tell(info);
@@ -104,7 +102,7 @@ class Observation {
   }
 
   void count_factorizations(IterationInfo& info) {
-    const Counts& now = context_.counts;
+    const Counts& now = counts_;
     info.factorizations_full = now.factorizations_full - told_.factorizations_full;
     info.factorizations_inner = now.factorizations_inner - told_.factorizations_inner;
     info.factorizations_complement =
@@ -118,14 +116,13 @@ class Observation {
     result.status = Status::UserStop;
     result.message = std::string(name_of(result.status));
     result.mu = mu_;
-    result.iterations = context_.budget.iteration;
-    describe(context_.canonical, context_.options, point, result);
+    result.iterations = budget_.iteration;
+    describe(canonical_, options_, point, result);
     totals_(result);
     return result;
   }
 
   const SolveObserver& observer_;
-  MethodContext context_;
   std::function<void(Result&)> totals_;
   const Point* point_ = nullptr;  ///< told last
   double mu_ = 0.0;               ///< of it

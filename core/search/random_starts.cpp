@@ -71,10 +71,7 @@ bool makes_new_starts(const SolverOptions& options) {
 
 bool is_box(const CanonicalProblem& canonical) {
   const auto has_both = [&](IndexRange range) {
-    const Index size = range.size();
-    return (canonical.upper().segment(range.begin, size) -
-            canonical.lower().segment(range.begin, size))
-        .allFinite();
+    return (part(canonical.upper(), range) - part(canonical.lower(), range)).allFinite();
   };
   return has_both(canonical.x()) && has_both(canonical.y());
 }

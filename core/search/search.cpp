@@ -20,23 +20,23 @@ bool seems_wrong(const Certificate& found) {
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
                Observation& observation, const Start& start, SearchArrays& arrays)
-    : context_(context),
+    : MethodContext(context),
       purpose_(purpose),
       barrier_(barrier),
       observation_(observation),
-      test_(context.canonical, context.options),
+      test_(canonical_, options_),
       arrays_(arrays),
       step_{.kind = start.how},
       deadline_(start.deadline) {
   arrays_.point = arrays_.next = start.point;
-  arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
-                   barrier_.mu(), context_.budget.iteration);
+  arrays_.best.see(rank_of(canonical_, options_, arrays_.point), arrays_.point, barrier_.mu(),
+                   budget_.iteration);
 }
 
 SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
-  for (;; ++context_.budget.iteration) {
+  for (;; ++budget_.iteration) {
     if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
-    drop_idle_multipliers(context_.options.tol);
+    drop_idle_multipliers(options_.tol);
 
     bool escaped = false;
     if (const auto claim = test_.claim(arrays_.point)) {
@@ -46,13 +46,12 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     }
     // For a balanced point as long again as to the first that met the tolerances, and some more.
     constexpr Index kMore = 100;
-    if (met_at_ < 0 && !arrays_.best.rank().is_unmet) met_at_ = context_.budget.iteration;
-    if (met_at_ >= 0 && context_.budget.iteration > 2 * met_at_ + kMore)
+    if (met_at_ < 0 && !arrays_.best.rank.is_unmet) met_at_ = budget_.iteration;
+    if (met_at_ >= 0 && budget_.iteration > 2 * met_at_ + kMore)
       return given_up(Status::MaxIterations);
     if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
-    if (deadline_ && context_.budget.iteration >= deadline_->iteration)
-      return ended(deadline_->status);
+    if (deadline_ && budget_.iteration >= deadline_->iteration) return ended(deadline_->status);
 
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
@@ -65,10 +64,9 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
 }
 
 SearchOutcome Search::ended(Status status, std::string message) const {
-  name_divergence(context_, arrays_.point, status, message);
-  const bool limited = context_.options.minmax_max_factorizations > 0;
-  if (status == Status::MaxIterations && limited && !context_.budget.is_spent() &&
-      message.empty()) {
+  name_divergence(*this, arrays_.point, status, message);
+  const bool limited = options_.minmax_max_factorizations > 0;
+  if (status == Status::MaxIterations && limited && !budget_.is_spent() && message.empty()) {
     message = "the factorizations that minmax_max_factorizations allows are used up";
   }
   SearchOutcome outcome{.status = status,
@@ -76,7 +74,7 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .point = std::move(arrays_.ended),
                         .mu = barrier_.mu(),
                         .certificate = {},
-                        .iterations = context_.budget.iteration};
+                        .iterations = budget_.iteration};
   outcome.point = arrays_.point;
   return outcome;
 }
@@ -84,13 +82,13 @@ SearchOutcome Search::ended(Status status, std::string message) const {
 /// Without a solution. Unless it diverges, a minimization ends at a point that met the tolerances
 /// and was refused, if there is one.
 SearchOutcome Search::given_up(Status status, std::string message) {
-  if (arrays_.best.rank().is_unmet ||
-      !is_within_acceptable_tolerances(arrays_.best.point().error, context_.options) ||
+  if (arrays_.best.rank.is_unmet ||
+      !is_within_acceptable_tolerances(arrays_.best.point.error, options_) ||
       purpose_ != Purpose::Solution || stopped_from_outside(status) ||
       status == Status::OuterUnbounded || status == Status::DivergingIterates) {
     return ended(status, std::move(message));
   }
-  arrays_.point = arrays_.best.point();
+  arrays_.point = arrays_.best.point;
   Verdict verdict = judge(Status::SolvedToAcceptableLevel);
   if (verdict.message.empty()) {
     verdict.message = std::string(name_of(verdict.status)) +
@@ -106,15 +104,15 @@ SearchOutcome Search::ended(Verdict&& verdict) const {
   if (verdict.finding.point) {
     outcome.point = std::move(*verdict.finding.point);
     outcome.mu = verdict.finding.mu;
-    measure_anew(context_.canonical, context_.options, outcome.point);
+    measure_anew(canonical_, options_, outcome.point);
   }
   return outcome;
 }
 
 void Search::measure_point() {
-  measure(context_.canonical, context_.options, arrays_.point);
-  arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
-                   barrier_.mu(), context_.budget.iteration + 1);
+  measure(canonical_, options_, arrays_.point);
+  arrays_.best.see(rank_of(canonical_, options_, arrays_.point), arrays_.point, barrier_.mu(),
+                   budget_.iteration + 1);
 }
 
 void Search::make_step(StepMethod& method) {
@@ -122,7 +120,7 @@ void Search::make_step(StepMethod& method) {
   step_ = method.step(arrays_.point, mu, arrays_.next);
   if (step_.moved) std::swap(arrays_.point, arrays_.next);
   // Where the search ends the point stays as it was told.
-  if (!step_.failure) context_.canonical.keep_distances(arrays_.point.iterate, mu);
+  if (!step_.failure) canonical_.keep_distances(arrays_.point.iterate, mu);
   measure_point();
 }
 
@@ -130,46 +128,44 @@ void Search::make_step(StepMethod& method) {
 /// minimization would go round in circles.
 bool Search::restores_again() {
   constexpr int kMostRestorations = 1;
-  return step_.kind == StepKind::Restoration && context_.canonical.max_size() == 0 &&
-         purpose_ == Purpose::Solution && test_.is_acceptable(arrays_.next) &&
-         ++restored_when_acceptable_ > kMostRestorations;
+  return step_.kind == StepKind::Restoration && !has_max() && purpose_ == Purpose::Solution &&
+         test_.is_acceptable(arrays_.next) && ++restored_when_acceptable_ > kMostRestorations;
 }
 
 SearchOutcome Search::after_failed_step() {
   // Whatever failed past the time limit was cut short.
-  if (const auto exceeded = context_.limit.exceeded()) return ended(*exceeded);
+  if (const auto exceeded = limit_.exceeded()) return ended(*exceeded);
   // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough, at the
   // best point if not where the last restoration ended.
   const bool stuck =
       step_.failure == Status::TinyStep || step_.failure == Status::RestorationFailed;
-  const bool enough = stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution;
-  if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point())) {
-    arrays_.point = arrays_.best.point();
+  const bool enough = stuck && !has_max() && purpose_ == Purpose::Solution;
+  if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point)) {
+    arrays_.point = arrays_.best.point;
   }
-  if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
+  if (stuck) drop_idle_multipliers(options_.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
   return given_up(*step_.failure, step_.message);
 }
 
 std::optional<Status> Search::limit_reached() {
-  CanonicalProblem& canonical = context_.canonical;
-  if (max_norm(arrays_.point.iterate.v) > context_.options.diverging_iterates_tol) {
+  if (max_norm(arrays_.point.iterate.v) > options_.diverging_iterates_tol) {
     return Status::DivergingIterates;
   }
-  if (context_.budget.is_spent()) return Status::MaxIterations;
-  const bool far = canonical.max_size() == 0 &&
-                   has_run_away(canonical, arrays_.point, {0, canonical.variables()});
+  if (budget_.is_spent()) return Status::MaxIterations;
+  const bool far =
+      !has_max() && has_run_away(canonical_, arrays_.point, {0, canonical_.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
   constexpr Index kMostRunaway = 100;
   if (runaway_iterations_ > kMostRunaway) return Status::OuterUnbounded;
-  if (context_.limit.expired()) return context_.limit.exceeded();
+  if (limit_.expired()) return limit_.exceeded();
   return std::nullopt;
 }
 
 void Search::drop_idle_multipliers(double tolerance) {
   // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
-  const bool minimization = context_.canonical.max_size() == 0 || context_.canonical.is_constant();
+  const bool minimization = !has_max() || canonical_.is_constant();
   if (!minimization || arrays_.point.evaluation.c.size() == 0 ||
       max_norm(arrays_.point.evaluation.gradient) > 0.0 ||
       max_norm(arrays_.point.evaluation.c) > tolerance ||
@@ -178,47 +174,48 @@ void Search::drop_idle_multipliers(double tolerance) {
   }
   Iterate& iterate = arrays_.point.iterate;
   iterate.lambda.setZero();
-  iterate.z_lower = iterate.z_lower.cwiseMin(context_.options.tol);
-  iterate.z_upper = iterate.z_upper.cwiseMin(context_.options.tol);
-  static_cast<void>(evaluate_second_derivatives(context_.canonical, arrays_.point));
-  measure_anew(context_.canonical, context_.options, arrays_.point);
+  iterate.z_lower = iterate.z_lower.cwiseMin(options_.tol);
+  iterate.z_upper = iterate.z_upper.cwiseMin(options_.tol);
+  static_cast<void>(evaluate_second_derivatives(canonical_, arrays_.point));
+  measure_anew(canonical_, options_, arrays_.point);
 }
 
 Search::Verdict Search::judge(Status claim) {
   barrier_.settle();
   Verdict verdict{.status = claim, .finding = {}};
   Finding& finding = verdict.finding;
-  if (context_.options.minmax_certificate == CertificateEffort::None) {
-    finding.certificate.kind = PointKind::FirstOrderPoint;
+  Certificate& certificate = finding.certificate;
+  if (options_.minmax_certificate == CertificateEffort::None) {
+    certificate.kind = PointKind::FirstOrderPoint;
     return verdict;
   }
-  const KktSystem::Counting counting(context_.kkt, FactorizationCause::Certificate);
-  const Index before = context_.kkt.factorizations();
-  context_.kkt.allow_factorizations(context_.budget.factorizations);
-  finding = certify(context_.canonical, context_.kkt, arrays_.point, barrier_.mu(),
-                    context_.options, factorizations_for_test(), arrays_.certificate);
-  context_.kkt.allow_factorizations(context_.budget.factorizations_of_steps());
-  context_.budget.tests += context_.kkt.factorizations() - before;
+  const KktSystem::Counting counting(kkt_, FactorizationCause::Certificate);
+  const Index before = kkt_.factorizations();
+  kkt_.allow_factorizations(budget_.factorizations);
+  finding = certify(canonical_, kkt_, arrays_.point, barrier_.mu(), options_,
+                    factorizations_for_test(), arrays_.certificate);
+  kkt_.allow_factorizations(budget_.factorizations_of_steps());
+  budget_.tests += kkt_.factorizations() - before;
   const Point& certified = finding.point ? *finding.point : arrays_.point;
-  const bool plateau = finding.certificate.answer == InnerAnswer::BestNotUnique &&
-                       is_on_plateau(context_, certified, finding.mu);
+  const bool plateau = certificate.answer == InnerAnswer::BestNotUnique &&
+                       is_on_plateau(*this, certified, finding.mu);
   if (plateau) {
-    finding.certificate = {};
-    finding.certificate.kind = PointKind::FirstOrderPoint;
-    finding.certificate.second_order = SecondOrder::Undecided;
+    certificate = {};
+    certificate.kind = PointKind::FirstOrderPoint;
+    certificate.second_order = SecondOrder::Undecided;
   }
-  if (finding.certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
-  if (finding.certificate.second_order == SecondOrder::Violated) {
+  if (certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
+  if (certificate.second_order == SecondOrder::Violated) {
     verdict.status = Status::NotLocalMinmax;
-  } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
-              finding.certificate.second_order == SecondOrder::Flat) &&
+  } else if ((certificate.second_order == SecondOrder::Undecided ||
+              certificate.second_order == SecondOrder::Flat) &&
              purpose_ == Purpose::Solution) {
     // The test of a point that was not certified has gone over to pivoting.
-    context_.kkt.reset_quality();
-    if (plateau || runs_to_infinity(context_, arrays_.point, barrier_.mu(), test_)) {
+    kkt_.reset_quality();
+    if (plateau || runs_to_infinity(*this, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = kToInfinity;
-    } else if (finding.certificate.hessian_disagrees) {
+    } else if (certificate.hessian_disagrees) {
       verdict.message = finding.remark;
       if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;
     } else if (claim == Status::Solved) {
@@ -229,29 +226,24 @@ Search::Verdict Search::judge(Status claim) {
 }
 
 Index Search::factorizations_for_test() const {
-  return std::min(context_.kkt.factorizations_left(), reasonable_factorizations_for_test());
-}
-
-Index Search::reasonable_factorizations_for_test() const {
   // Beside copies of y: what they stand for is maximized over all of y, at many times the cost.
-  const bool small = context_.kkt.layout().dimension() <= parameters::kSmallSystem;
-  if (small || context_.canonical.has_copies()) return parameters::test::kForSmallSystems;
-  const Index tests = context_.budget.tests;
-  const Index others = context_.kkt.factorizations() - tests;
+  const bool small = kkt_.layout().dimension() <= parameters::kSmallSystem;
+  if (small || canonical_.has_copies()) return parameters::test::kForSmallSystems;
+  const Index tests = budget_.tests;
+  const Index others = kkt_.factorizations() - tests;
   return std::max(parameters::test::kFewestForTests,
                   others / parameters::test::kShareOfTests - tests);
 }
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
-  if (context_.budget.is_spent() || context_.limit.expired()) return false;
+  if (budget_.is_spent() || limit_.expired()) return false;
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for
   // the case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;
   if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
-  const bool minimization = context_.canonical.max_size() == 0;
   const std::optional<WrongCurvature>& wrong = verdict.finding.wrong;
   const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
-                          (!minimization || wrong) && found.second_order != SecondOrder::Flat &&
+                          (has_max() || wrong) && found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
   StepReport step = method.escape(arrays_.point, barrier_.mu(), wrong, arrays_.next);
@@ -261,7 +253,7 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   std::swap(arrays_.point, arrays_.next);
   measure_point();
   test_.begin_anew();
-  context_.kkt.reset_quality();
+  kkt_.reset_quality();
   barrier_.forget_progress();
   return true;
 }

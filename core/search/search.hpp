@@ -30,7 +30,7 @@ struct SearchArrays {
 };
 
 /// One search from one starting point: the main loop.
-class Search {
+class Search : MethodContext {
  public:
   /// The start's point is evaluated and measured; arrays.best, of the solve, is shown every point.
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
@@ -52,7 +52,6 @@ class Search {
   };
   [[nodiscard]] Verdict judge(Status claim);
   [[nodiscard]] Index factorizations_for_test() const;
-  [[nodiscard]] Index reasonable_factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
                            std::optional<SearchOutcome>& kept);
@@ -64,7 +63,6 @@ class Search {
   void drop_idle_multipliers(double tolerance);
   void measure_point();
 
-  MethodContext context_;
   Purpose purpose_;
   BarrierUpdate& barrier_;
   Observation& observation_;

@@ -70,16 +70,11 @@ class Solve {
                  KeptKkt{.analysis = kept_ && kept_->analysis ? &*kept_->analysis : nullptr,
                          .arrays = &arrays_.kkt});
     correction_.emplace(*kkt_, options_, counts_);
-    context_.emplace(MethodContext{.canonical = canonical_,
-                                   .kkt = *kkt_,
-                                   .correction = *correction_,
-                                   .options = options_,
-                                   .limit = limit_,
-                                   .budget = budget_,
-                                   .counts = counts_});
+    context_.emplace(
+        MethodContext{canonical_, *kkt_, *correction_, options_, limit_, budget_, counts_});
     observation_.emplace(observer_, *context_, [this](Result& result) { set_totals(result); });
     others_.emplace(*context_);
-    arrays_.search.best.begin_anew();
+    arrays_.search.best.any = false;
     kkt_->allow_factorizations(budget_.factorizations_of_steps());
   }
 
@@ -152,9 +147,9 @@ class Solve {
       first.how = StepKind::None;
       first.rule = Start::Rule::Chosen;
       first.deadline.reset();
-      std::string message;
-      if (const auto status = evaluate_start(*context_, options_, first.point, message)) {
-        Result result = without_point(*status, std::move(message));
+      if (const auto status = evaluate_start(*context_, options_, first.point)) {
+        Result result =
+            without_point(*status, canonical_.evaluation_error() + " at the starting point");
         keep_work(*status);
         return result;
       }
@@ -236,9 +231,7 @@ class Solve {
     begin_at(canonical_, canonical_.starting_point(), start.point);
     correction_->begin_anew();
     kkt_->reset_quality();
-    std::string unused;
-    if (evaluate_start(*context_, cold, start.point, unused) ||
-        !barrier_->change_rule(start.point)) {
+    if (evaluate_start(*context_, cold, start.point) || !barrier_->change_rule(start.point)) {
       return std::nullopt;
     }
     rule_changed_ = true;
@@ -326,7 +319,7 @@ class Solve {
   bool returns_best(const SearchOutcome& ended) const {
     if (purpose_ != Purpose::Solution || !has_line_search()) return false;
     const PointRank reached = rank_of(canonical_, options_, ended.point);
-    const PointRank& best = arrays_.search.best.rank();
+    const PointRank& best = arrays_.search.best.rank;
     switch (ended.status) {
       case Status::TinyStep:
       case Status::RestorationFailed:
@@ -347,13 +340,13 @@ class Solve {
 
   void take_best(SearchOutcome& outcome) {
     const BestPoint& best = arrays_.search.best;
-    outcome.point = best.point();
-    outcome.mu = best.mu();
+    outcome.point = best.point;
+    outcome.mu = best.mu;
     outcome.certificate = {};
     // The bounds that were moved since then are those of other points.
     canonical_.keep_distances(outcome.point.iterate, outcome.mu);
     measure(canonical_, options_, outcome.point);
-    outcome.of_iteration = best.iteration();
+    outcome.of_iteration = best.iteration;
   }
 
   Result finish(SearchOutcome outcome) {

@@ -15,14 +15,10 @@ namespace restart = parameters::restart;
 }  // namespace
 
 std::optional<Status> evaluate_start(const MethodContext& context, const SolverOptions& options,
-                                     Point& point, std::string& message) {
-  CanonicalProblem& canonical = context.canonical;
-  const auto undefined = [&](EvaluationStatus status) {
-    message = canonical.evaluation_error() + " at the starting point";
-    return status_of(status);
-  };
+                                     Point& point) {
+  CanonicalProblem& canonical = context.canonical_;
   auto status = evaluate_values(canonical, point);
-  if (status != EvaluationStatus::Ok) return undefined(status);
+  if (status != EvaluationStatus::Ok) return status_of(status);
   canonical.start_slacks(point.iterate, point.evaluation.c);
   for (Index j = 0; j < canonical.constraints(); ++j) {
     if (const Index s = canonical.slack_of(j); s >= 0) {
@@ -32,36 +28,33 @@ std::optional<Status> evaluate_start(const MethodContext& context, const SolverO
   start_bound_multipliers(canonical, options, point.iterate);
   canonical.keep_distances(point.iterate, options.mu_init);
   status = evaluate_first_derivatives(canonical, point);
-  if (status != EvaluationStatus::Ok) return undefined(status);
-  if (!options.warm_start_init_point && !context.limit.expired())
-    start_multipliers(canonical, context.kkt, options, point);
+  if (status != EvaluationStatus::Ok) return status_of(status);
+  if (!options.warm_start_init_point && !context.limit_.expired())
+    start_multipliers(canonical, context.kkt_, options, point);
   status = evaluate_second_derivatives(canonical, point);
-  if (status != EvaluationStatus::Ok) return undefined(status);
+  if (status != EvaluationStatus::Ok) return status_of(status);
   measure_anew(canonical, options, point);
   return std::nullopt;
 }
 
 std::optional<Start> OtherStarts::next() {
-  const CanonicalProblem& canonical = context_.canonical;
-  const Index iteration = context_.budget.iteration;
+  const Index iteration = budget_.iteration;
   if (drawn_ == 0) {
     first_iteration_ = iteration;
-    const bool small = context_.kkt.layout().dimension() <= parameters::kSmallSystem;
+    const bool small = kkt_.layout().dimension() <= parameters::kSmallSystem;
     most_iterations_ = small ? restart::kIterations : std::max<Index>(1, iteration);
   }
-  context_.correction.remember({});
-  context_.kkt.reset_quality();
-  SolverOptions cold = context_.options;
+  correction_.remember({});
+  kkt_.reset_quality();
+  SolverOptions cold = options_;
   cold.warm_start_init_point = false;
-  std::string unused;
-  while (drawn_ < context_.options.minmax_max_restarts &&
-         iteration - first_iteration_ < most_iterations_) {
-    Point point = unevaluated_point(canonical,
-                                    restart_point(canonical, canonical.starting_point(), ++drawn_));
-    if (evaluate_start(context_, cold, point, unused)) continue;
+  while (drawn_ < options_.minmax_max_restarts && iteration - first_iteration_ < most_iterations_) {
+    Point point = unevaluated_point(
+        canonical_, restart_point(canonical_, canonical_.starting_point(), ++drawn_));
+    if (evaluate_start(*this, cold, point)) continue;
     Start start{.point = std::move(point), .how = StepKind::NewStart};
     // Undirected steps search a box well, and lead to infinity elsewhere.
-    if (drawn_ % 2 != 0 && is_box(canonical)) {
+    if (drawn_ % 2 != 0 && is_box(canonical_)) {
       start.rule = Start::Rule::AlgorithmOne;
       start.deadline =
           Deadline{iteration + restart::kIterationsOfAlgorithmOne, Status::NoLocalMinmaxFound};
@@ -73,7 +66,7 @@ std::optional<Start> OtherStarts::next() {
 
 std::string OtherStarts::describe() const {
   const std::string points = drawn_ == 1 ? " other starting point" : " other starting points";
-  const std::string why = drawn_ >= context_.options.minmax_max_restarts
+  const std::string why = drawn_ >= options_.minmax_max_restarts
                               ? "minmax_max_restarts allows no more"
                               : "no start is made after " + std::to_string(most_iterations_) +
                                     " iterations; minmax_starts makes more";

@@ -10,10 +10,9 @@ namespace ipminmax {
 
 /// Evaluates and measures a starting point, of which v without slacks is given and for a warm start
 /// the multipliers: slacks, multipliers, functions and derivatives. A status: why that is
-/// impossible; message says more.
+/// impossible; CanonicalProblem::evaluation_error says more.
 [[nodiscard]] std::optional<Status> evaluate_start(const MethodContext& context,
-                                                   const SolverOptions& options, Point& point,
-                                                   std::string& message);
+                                                   const SolverOptions& options, Point& point);
 
 /// An iteration before which a search ends, and how.
 struct Deadline {
@@ -33,9 +32,9 @@ struct Start {
 
 /// The starting points of a solve after the model's own: random ones, every other one in a box for
 /// Algorithm 1.
-class OtherStarts {
+class OtherStarts : MethodContext {
  public:
-  explicit OtherStarts(const MethodContext& context) : context_(context) {}
+  explicit OtherStarts(const MethodContext& context) : MethodContext(context) {}
 
   /// The next one at which the model is defined. Shifts of earlier searches and raised accuracy of
   /// factorizations are forgotten. Empty: there is none.
@@ -47,7 +46,6 @@ class OtherStarts {
   [[nodiscard]] std::string describe() const;
 
  private:
-  MethodContext context_;
   Index drawn_ = 0;
   Index first_iteration_ = 0;  ///< at the end of the search from the model's point
   Index most_iterations_ = 0;  ///< after it, until when searches begin

@@ -377,13 +377,13 @@ TEST(PaperExample1, AtTheMaximumAlgorithm1StaysForEver) {
   Budget shared(options);
   TimeLimit limit(shared);
   IterationBudget budget{.limit = options.max_iter};
-  AlgorithmOne algorithm({.canonical = canonical,
-                          .kkt = kkt,
-                          .correction = correction,
-                          .options = options,
-                          .limit = limit,
-                          .budget = budget,
-                          .counts = counts});
+  AlgorithmOne algorithm({.canonical_ = canonical,
+                          .kkt_ = kkt,
+                          .correction_ = correction,
+                          .options_ = options,
+                          .limit_ = limit,
+                          .budget_ = budget,
+                          .counts_ = counts});
   Point point = unevaluated_point(canonical, canonical.starting_point());
   Point next = point;
   ASSERT_EQ(evaluate_derivatives(canonical, point), EvaluationStatus::Ok);
