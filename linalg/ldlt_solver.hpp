@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
 #include "linalg/array.hpp"
 #include "linalg/ordering.hpp"

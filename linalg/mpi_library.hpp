@@ -1,8 +1,5 @@
 #pragma once
 
-#include <stdexcept>
-#include <string>
-
 #include "linalg/mpi/interface.hpp"
 #include "linalg/symmetric_solver.hpp"
 #include "linalg/uncopied.hpp"
@@ -18,8 +15,8 @@ namespace ipminmax {
 /// The version that program, plugin and workers must have in common.
 [[nodiscard]] const char* library_version();
 
-/// One MUMPS instance on MPI ranks, from JOB = -1 to JOB = -2, which is the owner's. Each call may throw
-/// SolverUnavailable. To be used under a LibraryLock.
+/// One MUMPS instance on MPI ranks, from JOB = -1 to JOB = -2, which is the owner's. Each call may
+/// throw SolverUnavailable. To be used under a LibraryLock.
 class MpiMumps : Uncopied {
  public:
   /// data: a DMUMPS_STRUC_C with sym and par set, which stays where it is; initialized on return.

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "array.hpp"
 #include "symmetric_matrix.hpp"

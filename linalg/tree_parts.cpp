@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <compare>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <numeric>

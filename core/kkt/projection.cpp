@@ -1,7 +1,6 @@
 #include "core/kkt/system.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/timer.hpp"
-#include "linalg/numbers.hpp"
 
 // Least-squares multipliers.
 

@@ -2,8 +2,6 @@
 
 #include "core/kkt/system.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/parameters.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 

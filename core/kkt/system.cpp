@@ -1,6 +1,5 @@
 #include "core/kkt/system.hpp"
 #include "core/model/timer.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {

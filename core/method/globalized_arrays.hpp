@@ -2,7 +2,6 @@
 
 #include "core/method/filter.hpp"
 #include "core/method/outer_block.hpp"
-#include "core/method/parameters.hpp"
 #include "core/method/step_method.hpp"
 
 namespace ipminmax {

@@ -3,9 +3,7 @@
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

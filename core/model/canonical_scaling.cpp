@@ -6,10 +6,7 @@
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/model/timer.hpp"
-#include "linalg/numbers.hpp"
 
 // Scaling factors of objective, constraints and variables.
 

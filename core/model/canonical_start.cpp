@@ -5,9 +5,7 @@
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"
 
 // The starting point.

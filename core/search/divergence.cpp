@@ -92,24 +92,6 @@ bool has_died_out(CanonicalProblem& canonical, const Point& point) {
          !std::ranges::all_of(at_start.hessian, vanishes);
 }
 
-}  // namespace
-
-bool has_run_away(CanonicalProblem& canonical, const Point& point, IndexRange variables) {
-  const Eigen::VectorXd& v = point.iterate.v;
-  const double start = std::max(1.0, max_norm(canonical.starting_point().v));
-  bool far = false;
-  for (Index i = variables.begin; i < variables.end && !far; ++i) {
-    double reference = start;
-    for (const double bound : {canonical.lower()[i], canonical.upper()[i]}) {
-      if (std::isfinite(bound)) reference = std::max(reference, std::abs(bound));
-    }
-    far = std::abs(v[i]) >= parameters::kRunaway * reference;
-  }
-  return far && gets_better(canonical, point, v, variables);
-}
-
-namespace {
-
 /// Whether f at a feasible point is far better than its value and slope at the start promise, and
 /// still gets better. So does exp(x), whose x itself has not gone far.
 bool has_outgrown_start(const MethodContext& context, const Point& point, IndexRange variables) {
@@ -135,7 +117,48 @@ bool has_outgrown_start(const MethodContext& context, const Point& point, IndexR
          gets_better(canonical, point, v, variables);
 }
 
+/// Whether L's gradient in y changes from a point to the start's y as its second derivatives say:
+/// what is flat here is flat on all the way.
+bool is_quadratic_in_y(CanonicalProblem& canonical, const Point& from) {
+  const IndexRange y = canonical.y();
+  const auto of_y = [&](const Eigen::VectorXd& v) { return part(v, y).array(); };
+  Eigen::VectorXd way = canonical.starting_point().v - from.iterate.v;
+  way.head(y.begin).setZero();
+  way.tail(way.size() - y.end).setZero();
+  Point there = from;
+  there.iterate.v += way;
+  if (evaluate_first_derivatives(canonical, there) != EvaluationStatus::Ok) return false;
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(way.size());
+  add_hessian_product(canonical, from.evaluation, way, change);
+  const auto terms = of_y(there.evaluation.gradient).abs() + of_y(change).abs();
+  return (of_y(there.dual - from.dual - change).abs() <= parameters::kZero * terms).all();
+}
+
+/// With robust constraints, which a search over y may meet elsewhere, only where Max's are not met.
+bool may_be_infeasible(const MethodContext& context, const SearchOutcome& outcome) {
+  const CanonicalProblem& canonical = context.canonical_;
+  const Eigen::VectorXd& c = outcome.point.evaluation.c;
+  const IndexRange of_max = canonical.max_constraints();
+  if (!search_failed(outcome.status) || of_max.size() == 0) return false;
+  const bool robust = !canonical.robust_constraints().empty();
+  return max_norm(robust ? part(c, of_max) : c.head(c.size())) > context.options_.constr_viol_tol;
+}
+
 }  // namespace
+
+bool has_run_away(CanonicalProblem& canonical, const Point& point, IndexRange variables) {
+  const Eigen::VectorXd& v = point.iterate.v;
+  const double start = std::max(1.0, max_norm(canonical.starting_point().v));
+  bool far = false;
+  for (Index i = variables.begin; i < variables.end && !far; ++i) {
+    double reference = start;
+    for (const double bound : {canonical.lower()[i], canonical.upper()[i]}) {
+      if (std::isfinite(bound)) reference = std::max(reference, std::abs(bound));
+    }
+    far = std::abs(v[i]) >= parameters::kRunaway * reference;
+  }
+  return far && gets_better(canonical, point, v, variables);
+}
 
 void name_divergence(const MethodContext& context, const Point& point, Status& status,
                      std::string& message) {
@@ -190,27 +213,6 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
          gets_better(canonical, point, drift.matrix(), {y, canonical.variables()});
 }
 
-namespace {
-
-/// Whether L's gradient in y changes from a point to the start's y as its second derivatives say:
-/// what is flat here is flat on all the way.
-bool is_quadratic_in_y(CanonicalProblem& canonical, const Point& from) {
-  const IndexRange y = canonical.y();
-  const auto of_y = [&](const Eigen::VectorXd& v) { return part(v, y).array(); };
-  Eigen::VectorXd way = canonical.starting_point().v - from.iterate.v;
-  way.head(y.begin).setZero();
-  way.tail(way.size() - y.end).setZero();
-  Point there = from;
-  there.iterate.v += way;
-  if (evaluate_first_derivatives(canonical, there) != EvaluationStatus::Ok) return false;
-  Eigen::VectorXd change = Eigen::VectorXd::Zero(way.size());
-  add_hessian_product(canonical, from.evaluation, way, change);
-  const auto terms = of_y(there.evaluation.gradient).abs() + of_y(change).abs();
-  return (of_y(there.dual - from.dual - change).abs() <= parameters::kZero * terms).all();
-}
-
-}  // namespace
-
 bool is_on_plateau(const MethodContext& context, const Point& found, double mu) {
   CanonicalProblem& canonical = context.canonical_;
   KktSystem& kkt = context.kkt_;
@@ -257,20 +259,6 @@ bool is_on_plateau(const MethodContext& context, const Point& found, double mu) 
                          parameters::kHardly);
 }
 
-namespace {
-
-/// With robust constraints, which a search over y may meet elsewhere, only where Max's are not met.
-bool may_be_infeasible(const MethodContext& context, const SearchOutcome& outcome) {
-  const CanonicalProblem& canonical = context.canonical_;
-  const Eigen::VectorXd& c = outcome.point.evaluation.c;
-  const IndexRange of_max = canonical.max_constraints();
-  if (!search_failed(outcome.status) || of_max.size() == 0) return false;
-  const bool robust = !canonical.robust_constraints().empty();
-  return max_norm(robust ? part(c, of_max) : c.head(c.size())) > context.options_.constr_viol_tol;
-}
-
-}  // namespace
-
 void name_infeasibility(const MethodContext& context, const ProblemStructure& structure,
                         const Restorer& restorer, SearchOutcome& outcome) {
   if (!may_be_infeasible(context, outcome)) return;
@@ -301,9 +289,8 @@ void name_infeasibility(const MethodContext& context, const ProblemStructure& st
   const Index row = canonical.most_violated_constraint(here);
   outcome.message = "the violation of the constraints is at a local minimum, where " +
                     canonical.constraint_name(row) + " is violated most";
-  outcome.status = structure.constraint_players[static_cast<std::size_t>(row)] == Player::Max
-                       ? Status::InnerInfeasible
-                       : Status::LocallyInfeasible;
+  outcome.status = structure.constraint_players[at(row)] == Player::Max ? Status::InnerInfeasible
+                                                                        : Status::LocallyInfeasible;
 }
 
 }  // namespace ipminmax

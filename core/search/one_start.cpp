@@ -7,7 +7,6 @@
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"

@@ -27,8 +27,7 @@ std::vector<double> random_start(const ProblemStructure& structure,
   std::mt19937_64 generator(seed);
   // What is narrow, a ball for y, say, is hardly met from far outside.
   constexpr std::array kScales{1.0, 0.1, 0.01};
-  const double radius =
-      options.minmax_start_radius * kScales[static_cast<std::size_t>(start - 1) % kScales.size()];
+  const double radius = options.minmax_start_radius * kScales[at(start - 1) % kScales.size()];
   std::vector<double> v(center.size());
   for (const auto i : indices(v)) {
     const bool has_lower = structure.variable_lower[i] > options.nlp_lower_bound_inf;
@@ -83,7 +82,7 @@ Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, I
   point.z_lower.setZero(canonical.variables());
   point.z_upper.setZero(canonical.variables());
   std::mt19937_64 generator(static_cast<std::uint64_t>(number));
-  const auto pair = static_cast<std::size_t>(number - 1) / 2;
+  const auto pair = at(number - 1) / 2;
   const double factor = restart::kReaches[pair % restart::kReaches.size()];
   for (const IndexRange range : {canonical.x(), canonical.y()}) {
     for (const Index i : indices(range)) {

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/method/globalized_method.hpp"
-#include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
@@ -143,10 +142,8 @@ class Solve {
     };
     try {
       Start& first = arrays_.search.start;
+      first = Start{.point = std::move(first.point)};  // for its room
       begin_at(canonical_, canonical_.starting_point(), first.point);
-      first.how = StepKind::None;
-      first.rule = Start::Rule::Chosen;
-      first.deadline.reset();
       if (const auto status = evaluate_start(*context_, options_, first.point)) {
         Result result =
             without_point(*status, canonical_.evaluation_error() + " at the starting point");
@@ -226,9 +223,8 @@ class Solve {
     }
     SolverOptions cold = options_;
     cold.warm_start_init_point = false;
-    Start start;
-    start.how = StepKind::NewStart;
-    begin_at(canonical_, canonical_.starting_point(), start.point);
+    Start start{.point = unevaluated_point(canonical_, canonical_.starting_point()),
+                .how = StepKind::NewStart};
     correction_->begin_anew();
     kkt_->reset_quality();
     if (evaluate_start(*context_, cold, start.point) || !barrier_->change_rule(start.point)) {
@@ -309,8 +305,7 @@ class Solve {
   std::optional<SearchOutcome> contradiction(const Search& search) const {
     const auto row = canonical_.violated_constant_constraint();
     if (!row) return std::nullopt;
-    const bool max =
-        problem_.structure().constraint_players[static_cast<std::size_t>(*row)] == Player::Max;
+    const bool max = problem_.structure().constraint_players[at(*row)] == Player::Max;
     return search.ended(max ? Status::InnerInfeasible : Status::LocallyInfeasible,
                         canonical_.constraint_name(*row) + " has no free variable and is violated");
   }
