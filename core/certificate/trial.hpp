@@ -104,8 +104,8 @@ void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& syste
 [[nodiscard]] InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error,
                                             double margin, double proximal = 0.0,
                                             bool inner_alone = false);
-/// Moves the trial to an iterate that its Newton steps reached, where multipliers of open bounds are
-/// mu / s, if its error is allowed. Returns the error; infinity: the model is undefined there.
+/// Moves the trial to an iterate that its Newton steps reached, where multipliers of open bounds
+/// are mu / s, if its error is allowed. Returns the error; infinity: the model is undefined there.
 [[nodiscard]] double move_to(TestContext& c, TrialPoint& trial, const Iterate& reached, double mu,
                              double allowed);
 /// The same, if need be with a smaller mu. Whether the trial has moved.

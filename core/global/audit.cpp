@@ -187,8 +187,7 @@ class Hearing {
     if (!model_.objective(seen.v, true, seen.f)) seen.f = kNaN;
     if (!ranges_.empty()) {
       ++counts_.constraints;
-      if (!model_.constraint_rows(rows_that_change(seen), seen.v, false, seen.g) ||
-          !all_finite(seen.g)) {
+      if (!model_.constraint_rows(rows_that_change(seen), seen.v, false, seen.g)) {
         look_for_undefined(v);
         return {};
       }
