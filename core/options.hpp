@@ -61,8 +61,8 @@ enum class CertificateEffort : std::uint8_t {
 };
 
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
-/// minmax_. option_table() lists them with bounds and texts, unregistered_settings() those that
-/// have no name for users.
+/// minmax_; the defaults of linear_solver and adaptive_mu_globalization differ. option_table()
+/// lists them with bounds and texts, unregistered_settings() those that have no name for users.
 struct SolverOptions {
   // Termination
   double tol = 1e-8;
