@@ -101,9 +101,9 @@ class Problem {
                                       std::span<double> values) = 0;
   /// Evaluates only these rows (ascending): writes their entries of g, or the values of their
   /// triplets; other entries may stay as they are. By default all rows are evaluated. A
-  /// maximization of a robust constraint over y asks for its row and Max's rows. A class that
-  /// overrides constraints() or jacobian() of a model that has these two must override these two as
-  /// well.
+  /// maximization of a robust constraint over y asks for its row and Max's rows. A class derived
+  /// from a model with constraint_rows() and jacobian_rows() that overrides constraints() or
+  /// jacobian() must override both row functions as well.
   [[nodiscard]] virtual bool constraint_rows(std::span<const Index> /*rows*/,
                                              std::span<const double> v, bool new_v,
                                              std::span<double> g) {

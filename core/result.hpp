@@ -276,7 +276,7 @@ struct WorstCaseProof {
   /// Largest gap between seen and proved that counts as none: a tolerance times the range of the
   /// values seen, or rounding.
   double resolution = 0.0;
-  bool complete = false;  ///< whether proved - seen is within the resolution, or Y(x) proved empty
+  bool complete = false;  ///< whether this gap is within the resolution, or Y(x) proved empty
   bool empty = false;     ///< whether Y(x) is proved empty
   std::vector<double> v;  ///< n: x and the y of `seen`; empty: none
   Index boxes = 0;        ///< number of boxes examined

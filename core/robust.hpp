@@ -47,8 +47,8 @@ struct RobustResult {
 /// Solves a model with robust constraints: g(x, y) <= 0 for every y (docs/robust_constraints.md).
 ///
 ///   1. Optimize x against fixed worst cases. The first one is the y of the model's start.
-///   2. Maximize each robust constraint over y at this x. A maximum that violates its constraint by
-///      what counts (docs/robust_constraints.md) is one more worst case.
+///   2. Maximize each robust constraint over y at this x. A maximum whose violation is large enough
+///      to count (docs/robust_constraints.md) is one more worst case.
 ///   3. After two such rounds, replace each worst case that is active, or nearly, by a copy: Max
 ///      variables of its own, which move with x and stay at a local maximum of the constraint.
 ///   4. Optimize x and the copies together, and test second-order conditions.
