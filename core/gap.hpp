@@ -10,8 +10,8 @@
 namespace IPMINMAX_API ipminmax {
 
 /// The duality gap of a game that is convex in x and concave in y and in which each player has
-/// linear constraints of his own. The value of the game lies between `least` and `most`. NaN: they
-/// could not be computed, and message says why.
+/// linear constraints of his own. The value of the game lies between `least` and `most`. NaN: f was
+/// not found to be so, or a solve failed; message says why.
 struct DualityGap {
   double most = std::numeric_limits<double>::quiet_NaN();   ///< max over y of f at the given x
   double least = std::numeric_limits<double>::quiet_NaN();  ///< min over x of f at the given y

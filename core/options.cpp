@@ -371,9 +371,8 @@ Rows multistart_options() {
        "with this y. If such a y remains at the end, the answer is no success. 0: no search. -1: 8 "
        "for each robust constraint, or as few as 3 if these agree and are far below the limit. "
        "More follow, up to 100, while other maxima are to be expected, the constraint holds at all "
-       "maxima found, and it would be violated at one a little higher. With -1 f is treated so "
-       "with minmax_epigraph, is maximized from 8 starts with minmax_worst_case_proof, and is not "
-       "searched otherwise.",
+       "maxima found, and it would be violated at one a little higher. For f, -1 means the "
+       "same with minmax_epigraph, 8 starts with minmax_worst_case_proof, and no search otherwise.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
        "Whether branch and bound over y, with outward rounding, proves how large f and each robust "
