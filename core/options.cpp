@@ -500,7 +500,7 @@ Rows certificate_options() {
            {"the test tries to certify or refute the point with at most 20 factorizations (40 if "
             "K has at most 300 rows), or a fifth of those of the rest of the solve if that is "
             "more. Else the point is undecided",
-            "one factorization of K_yy and one of K. Only points with clear curvature and "
+            "at most two factorizations of K_yy and of K. Only points with clear curvature and "
             "clear active bounds are certified, and clearly wrong ones refuted",
             "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
             "and a saddle is not told from a minimum. Refused with Max variables",

@@ -55,7 +55,7 @@ enum class BoundMultiplierInit : std::uint8_t { Constant, MuBased };
 /// How much the second-order test may cost.
 enum class CertificateEffort : std::uint8_t {
   Full,   ///< until the point is certified or refuted, or the budget of factorizations is used up
-  Quick,  ///< one factorization of K_yy and of K; more only to refute a clearly wrong point
+  Quick,  ///< at most two of K_yy and of K; more only to refute a clearly wrong point
   None,   ///< no test; for minimizations
   Proved  ///< as Full, and interval arithmetic proves that a solution exists near the point
 };

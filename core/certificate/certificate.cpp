@@ -38,7 +38,7 @@ bool reaches_solution(TestContext& c, TrialPoint& trial) {
          move_to_end(c, trial, end, c.allowed_error(c.given)) && c.evaluate_objective(*trial.moved);
 }
 
-/// At most one factorization of each matrix at a clear point, with the margin in it: right with it
+/// At most two factorizations of each matrix at a clear point, with the margin in it: right with it
 /// is right without.
 FirstLook first_look(TestContext& c, TrialPoint& trial) {
   trial.scaling = variable_scaling(c.canonical, trial.point.iterate.v, trial.point.evaluation,
@@ -69,7 +69,7 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
   if (!(asked - changes_by >= c.margin())) {  // clear curvature is right beside that, too
     asked = kClearlyWrong * changes_by + c.margin();
     trial.test = second_order_test(system, c.scaled_hessian_error(trial.scaling), asked);
-    if (!trial.test.both()) return FirstLook::Unclear;
+    if (!trial.test.both() || !gradients_hold(trial)) return FirstLook::Unclear;
   }
   trial.margin = asked - changes_by;
   if (!reaches_solution(c, trial)) return FirstLook::Far;

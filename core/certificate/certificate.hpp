@@ -18,7 +18,7 @@
 //  1. certify (certificate). Prepares: the error of second derivatives that are differences; holds
 //     copies of y that only inactive robust rows read (robust_rows).
 //
-//  2. first_look (certificate), the nondegenerate test: two factorizations. Variable scaling
+//  2. first_look (certificate), the nondegenerate test: 2 or 4 factorizations. Variable scaling
 //     (scaling). Active-set identification by z / s and the KKT system of the active set
 //     (active_set). The inertias of K_yy and K with the margin taken from both (trial:
 //     second_order_test). The Newton step to the solution: does it keep the active set, would the
