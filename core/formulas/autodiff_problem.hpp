@@ -115,7 +115,8 @@ class AutodiffProblem : public Problem {
   [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
     const std::size_t m = structure_.constraint_lower.size();
     derivatives_.assign(begin_.back(), 0.0);
-    slopes(m, v, derivatives_);
+    record(part_of(m), v);
+    slopes(m, derivatives_);
     std::ranges::fill(grad, 0.0);
     for (std::size_t k = 0; k < gradient_columns_.size(); ++k) {
       grad[at(gradient_columns_[k])] = derivatives_[begin_[m] + k];
@@ -145,10 +146,12 @@ class AutodiffProblem : public Problem {
   }
   [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
                                    std::span<double> values) override {
+    if (!kByRows && !rows.empty()) record(parts_.front(), v);
     return std::ranges::all_of(rows, [&](Index j) {
       const auto own = values.subspan(begin_[at(j)], begin_[at(j) + 1] - begin_[at(j)]);
       std::ranges::fill(own, 0.0);
-      slopes(at(j), v, values);
+      if (kByRows) record(part_of(at(j)), v);
+      slopes(at(j), values);
       return all_finite(own);
     });
   }
@@ -216,14 +219,13 @@ class AutodiffProblem : public Problem {
     });
     part.point.assign(v.begin(), v.end());
   }
-  /// Of one output at v, to their places among those of all.
-  void slopes(std::size_t output, std::span<const double> v, std::span<double> values) {
-    Part& part = parts_[kByRows ? output : 0];
-    record(part, v);
+  [[nodiscard]] Part& part_of(std::size_t output) { return parts_[kByRows ? output : 0]; }
+  /// Of one output at the point that its part recorded, to their places among those of all.
+  void slopes(std::size_t output, std::span<double> values) {
     if constexpr (kByRows)
-      part.tape.jacobian(0, 1, values.subspan(begin_[output]));
+      part_of(output).tape.jacobian(0, 1, values.subspan(begin_[output]));
     else
-      part.tape.jacobian(output, output + 1, values);
+      part_of(output).tape.jacobian(output, output + 1, values);
   }
 
   void find_structure() {
