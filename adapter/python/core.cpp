@@ -28,8 +28,8 @@
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/status.hpp"
 #include "core/answer.hpp"
+#include "formulas.hpp"
 #include "interpreter.hpp"
-#include "over_boxes.hpp"
 
 namespace py = pybind11;
 
@@ -193,10 +193,9 @@ class Problem {
   [[nodiscard]] int constraints() const { return m_; }
 
   /// For the garbage collector: functions of the model that hold this problem make a cycle.
-  [[nodiscard]] std::array<py::object*, 10> functions() {
-    return {&objective_,         &gradient_,           &constraints_,   &jacobian_,
-            &hessian_,           &constraint_rows_,    &jacobian_rows_, &intermediate_,
-            &boxes_.objective(), &boxes_.constraints()};
+  [[nodiscard]] std::array<py::object*, 9> functions() {
+    return {&objective_,       &gradient_,      &constraints_,  &jacobian_,      &hessian_,
+            &constraint_rows_, &jacobian_rows_, &intermediate_, &boxes_.record()};
   }
 
   /// Of variables and constraints, for messages.
@@ -205,9 +204,9 @@ class Problem {
     problem_->model->constraint_names = std::move(constraints);
   }
 
-  /// The same functions for arrays of Interval objects.
-  void set_over_boxes(py::object objective, py::object constraints) {
-    boxes_.set(std::move(objective), std::move(constraints));
+  /// A callable that returns a Recording of the functions, for proofs.
+  void set_recorder(py::object record) {
+    boxes_.record() = std::move(record);
     problem_->model->boxes = &boxes_;
   }
 
@@ -607,6 +606,7 @@ class Problem {
     error_ = nullptr;
     interrupted_ = timed_out_ = cut_ = false;
     history_.clear();
+    boxes_.forget();
     f_.known = g_.known = false;
     console_->is_terminal = log_on_terminal;
     ipminmax::SolverOptions options;
@@ -815,7 +815,7 @@ class Problem {
   std::vector<std::vector<int>> row_entries_;  ///< of the Jacobian; where rows are asked for
   std::vector<int> row_places_;                ///< of the last call
   std::vector<double> row_values_;
-  ipminmax::python::PythonBoxes boxes_{error_};
+  ipminmax::python::RecordedBoxes boxes_{error_};
   IpminmaxProblem problem_ = nullptr;
   Ipopt::SmartPtr<PythonConsole> console_;
   Last f_, g_;
@@ -864,7 +864,7 @@ PYBIND11_MODULE(_core, module) {
     evaluation_error = undefined.release();  // as long as the interpreter
     limit_reached = late.release();
   });
-  ipminmax::python::add_interval(module);
+  ipminmax::python::add_formulas(module);
   py::class_<Problem>(module, "Problem", py::custom_type_setup(collect_cycles))
       .def(py::init<int, int, py::dict, const Array&, const Array&, const Array&, const Array&,
                     const IntArray&, const py::object&, const IntArray&, const IntArray&,
@@ -875,7 +875,7 @@ PYBIND11_MODULE(_core, module) {
       .def("add_option", &Problem::add_option)
       .def("set_scaling", &Problem::set_scaling)
       .def("set_bounds", &Problem::set_bounds)
-      .def("set_over_boxes", &Problem::set_over_boxes)
+      .def("set_recorder", &Problem::set_recorder)
       .def("set_names", &Problem::set_names)
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)

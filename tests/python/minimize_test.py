@@ -139,7 +139,7 @@ class WithoutDerivatives(unittest.TestCase):
             return ((x[1:] - x[:-1]) ** 2).sum() + ((x - 1.0) ** 2).sum() + (x * y).sum() - (y * y).sum()
 
         for n, asks in ((3, False), (40, True)):
-            result = minimize_minmax(chain, np.zeros(n), np.zeros(n))
+            result = minimize_minmax(chain, np.zeros(n), np.zeros(n), jac="cs")
             self.assertEqual("jac would save" in result.message, asks, result.nfev)
 
     def test_exceptions_pass_through(self):

@@ -62,7 +62,7 @@ class Sensitivity(unittest.TestCase):
         def fun(x, y):
             return (x[0] - x[1]) ** 2 + 3.0 * x[0] * y[0] - y[0] ** 2
 
-        result = ipminmax.minimize_minmax(fun, [1.0, 1.0], [0.0], bounds_x=[None, (1.0, 1.0)])
+        result = ipminmax.minimize_minmax(fun, [1.0, 1.0], [0.0], jac="cs", bounds_x=[None, (1.0, 1.0)])
         self.assertTrue(result.certificate.finite_differences)
         columns = result.problem.sensitivity().dv_dp(variables=[1])
         np.testing.assert_allclose(columns[:, 0], [4.0 / 13.0, 1.0, 6.0 / 13.0], atol=1e-6)

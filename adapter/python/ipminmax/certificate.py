@@ -70,7 +70,8 @@ class Certificate:
     hessian_error: float  #: estimate of their error in curvature; the result allows for it
     hessian_disagrees: bool  #: second derivatives disagree with gradients: not certified
     least_curvature: float  #: estimate of the least, at most 1; 0 unless satisfied
-    least_curvature_variable: int  #: variable that moves most along it; -1: not known
+    #: Index in v or (x, y) (with uncertainty= the solver's v) of the variable that moves most along it; -1: not known.
+    least_curvature_variable: int
     answer: InnerAnswer  #: what is known of y
     reasons: List[str]  #: why the point is not certified, or remarks; may be empty
     proved: bool  #: with minmax_certificate "proved": one strict local minmax is near, see proof

@@ -15,11 +15,11 @@ class Constraint:
     """lb <= fun(x, y) <= ub; lb and ub scalar or one number per value, None or infinite: none.
 
     fun(x, y): k numbers, or one. jac(x, y): their derivatives, an array or scipy.sparse matrix k x
-    (nx + ny), or a tuple (k x nx, k x ny); None: by complex steps or differences. hess(x, y,
+    (nx + ny), or a tuple (k x nx, k x ny); None: as jac=None of minimize_minmax. hess(x, y,
     multipliers): Hessian of multipliers'fun in (x, y), (nx + ny) square, symmetric. player: "min" or
-    "max" says whose it is; by default what reads y is the maximizer's, other constraints are the
-    minimizer's. A constraint with player="min" that reads y is robust: it holds for every y. name: in
-    messages and what a result prints, instead of constraints[0] and so on.
+    "max" says whose it is; by default what reads y is the maximizer's (with uncertainty= the minimizer's),
+    other constraints are the minimizer's. A constraint of the minimizer that reads y is robust: it holds for
+    every y. name: in messages and what a result prints, instead of constraints[0] and so on.
     """
 
     fun: Callable[..., Any]
@@ -172,8 +172,9 @@ def read_constraint(given: Any, name: str, nx: int, ny: int) -> Row:
     if hasattr(given, "fun") and hasattr(given, "lb") and hasattr(given, "ub"):
         # scipy.optimize.NonlinearConstraint; its hess is a quasi-Newton strategy unless it is given.
         hess = given.hess if callable(getattr(given, "hess", None)) else None
+        jac = getattr(given, "jac", None)
         return Row(name, given.lb, given.ub, getattr(given, "player", None)).with_functions(
-            given.fun, getattr(given, "jac", None), hess)
+            given.fun, None if isinstance(jac, str) and jac == "2-point" else jac, hess)  # its default
     raise TypeError(f"{name} is a {type(given).__name__}; it must be a Constraint, a LinearConstraint, "
                     "a constraint of scipy.optimize or a dict of it")
 

@@ -23,8 +23,6 @@ _SCALES = (1.0, 1e-2, 1e2, 1e-4)
 #: Directions along which complex steps are compared with differences; beyond so many variables each
 #: direction moves several.
 _DIRECTIONS = 64
-#: Variables beyond which an array with a column for each complex step is too large.
-_COLUMNS = 1000
 #: Moves to points at which they are compared, over the lengths.
 _MOVES = (0.1, 1e-3)
 
@@ -52,10 +50,10 @@ def _values(function: Function, v: Vector) -> Optional[Vector]:
 
 
 class Box:
-    """Bounds of the variables, which nothing that is evaluated for a difference leaves, and their
-    lengths, of which differences step by a share, so that the units of the model do not matter: the
-    size at v or at the start v0, but no more than half of the box and no less than a tenth of that,
-    or than 1 in a wide one. Where v0 is 0 and there is no box, at least 1."""
+    """Bounds of the variables, which nothing that is evaluated for a difference leaves, and their lengths.
+    Differences step by a share of these, so that the units of the model do not matter. A length is the
+    larger of |v| and |v0| (v0: the start). Between two different bounds, 2h apart, it is at least
+    min(h / 10, 1) and at most h; without them it is at least 1 if v0 is 0."""
 
     def __init__(self, lower: Vector, upper: Vector, v0: Vector) -> None:
         self.lower, self.upper, self._v0 = lower, upper, v0
@@ -145,22 +143,6 @@ def complex_step(function: Function, v: Vector) -> Vector:
     return _of_step(np.stack(columns, axis=-1))
 
 
-def complex_steps_at_once(function: Function, v: Vector, rows: int) -> Optional[Vector]:
-    """As complex_step, with one call for all columns, for a function that treats columns alike.
-    None: it does not return one column for each step."""
-    moved = np.repeat(v[:, None].astype(complex), v.size, axis=1)
-    moved.imag[np.diag_indices(v.size)] = _IMAGINARY
-    try:
-        values = np.asarray(function(moved))
-    except ArithmeticError:  # undefined
-        raise
-    except Exception:  # takes no columns
-        return None
-    if values.shape != (rows, v.size) and (rows, values.shape) != (1, (v.size,)):
-        return None
-    return _of_step(values.reshape(rows, v.size).imag)
-
-
 def central(function: Function, v: Vector, box: Box) -> Vector:
     """Central differences, or one-sided ones of second order near a bound; relative error about 1e-10."""
     columns = []
@@ -197,9 +179,9 @@ def _slope(function: Function, v: Vector, direction: Vector, step: float) -> Opt
 
 def mismatch(function: Function, derivative: Callable[[Vector], Vector], v: Vector, direction: Vector,
              box: Box) -> Optional[Tuple[int, float, float, Vector]]:
-    """Whether derivative(d), the slopes along d that are claimed at v, are not those of the values: (value, claimed,
-    found, d) of the worst, None where they agree or nothing can be said (undefined, a kink, noise: differences with
-    two steps must agree better with each other than with what is claimed). direction: over the lengths."""
+    """Compares derivative(d), the slopes along d claimed at v, with differences of function. Returns (index, claimed,
+    found, d) of the worst value; None if they agree or nothing can be said (undefined, a kink, noise: differences with
+    two steps must agree better with each other than with the claim). direction: d over box.lengths(v), up to signs."""
     for scale in _SCALES:
         along, step = box.inward(v, direction, scale), scale * _STEP
         claimed, first = derivative(along), _slope(function, v, along, step)
@@ -277,8 +259,6 @@ class Derivative:
         self.is_complex = method == "cs" or (method is None and is_analytic(function, v0, box))
         self._may_change = method is None
         self._calls = 0
-        self._takes_columns: Optional[bool] = None  # not known yet
-        self._rows = 0
         self.places: List[Vector] = []  #: where complex steps were taken: the first, second, fourth...
 
     def __call__(self, v: Vector) -> Vector:
@@ -286,29 +266,10 @@ class Derivative:
         if self.is_complex and self._calls & (self._calls - 1) == 0:
             self.places.append(v.copy())
         if self.is_complex:
-            return self._complex(v)
+            return complex_step(self._function, v)
         if self._fitted is None:
             self._fitted = self._box.fitted(self._function, self._v0)
         return central(self._function, v, self._fitted)
-
-    def _complex(self, v: Vector) -> Vector:
-        """The first time in both ways, which have to agree."""
-        if self._takes_columns:
-            found = complex_steps_at_once(self._function, v, self._rows)
-            if found is not None:
-                return found
-        each = complex_step(self._function, v)
-        if self._takes_columns is None and 1 < v.size <= _COLUMNS:
-            self._rows = each.shape[0]
-            try:
-                with warnings.catch_warnings(), np.errstate(all="ignore"):
-                    warnings.simplefilter("ignore")
-                    together = complex_steps_at_once(self._function, v, self._rows)
-            except ArithmeticError:
-                together = None
-            self._takes_columns = together is not None and np.allclose(
-                together, each, rtol=1e-9, atol=0.0, equal_nan=True)
-        return each
 
     def holds_at(self, v: Vector) -> bool:
         """Checks complex steps at a point. False: they disagree, and differences are used from now on."""

@@ -15,6 +15,7 @@ from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import (Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given)
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
+from .recorded import Recorded, recorded
 from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase
 
@@ -76,6 +77,8 @@ class _Game:
         self.places: List[Tuple[Row, int]] = []  #: of each value of g: its constraint, and which
         self.jac: Optional[Callable[[Vector], Any]] = None
         self.derivatives: Dict[str, Derivative] = {}
+        self.recorded: Optional[Recorded] = None
+        self.recorded_fail = False  #: at the answer
 
     def split(self, v: Any) -> Tuple[Any, Any]:
         return v[:self.nx], v[self.nx:]
@@ -99,15 +102,31 @@ class _Game:
         return _number(self.value_of_pair(v) if self.jac_in_fun else self.value(v), "fun")
 
     def objective_over(self, v: Any) -> Any:
-        """Evaluates the function for an array of Interval objects."""
+        """Evaluates the function for numbers that record operations."""
         return self.value_of_pair(v) if self.jac_in_fun else self.value(v)
 
     def gradient(self, v: Vector) -> Vector:
         assert self.jac is not None
         return self.jac(v)
 
-    def set_objective(self, jac: Any) -> None:
+    def set_functions(self, jac: Any, rows: List[Row], may_record: bool) -> None:
+        """Reads fun and the constraints; derivatives that are not given are those of formulas, if all
+        functions can be recorded."""
         self.jac_in_fun = jac is True
+        if may_record and (jac is None or hasattr(self.fun, "is_ours")):
+            self.objective(self.v0)  # tells what is wrong with fun
+            for row in rows:
+                row.size = self.real_row_values(row, self.v0).size
+            self.rows, self.places = rows, [(row, k) for row in rows for k in range(row.size)]
+            self.recorded = recorded(self, rows)
+        self.given = False
+        if self.recorded is None:
+            self.rows, self.places = [], []
+            self.set_objective(jac)
+            for row in rows:
+                self.add_constraint(row)
+
+    def set_objective(self, jac: Any) -> None:
         if self.jac_in_fun:
             def of_pair(v: Vector) -> Any:
                 if not np.array_equal(v, self._last[0]):
@@ -189,9 +208,18 @@ class _Game:
         return np.concatenate([self.real_row_values(row, v) for row in self.rows])
 
     def constraints_over(self, v: Any) -> Any:
-        """Of an array of Interval objects."""
-        return np.concatenate([np.ravel(np.asarray(self.row_values(row, v), dtype=object))
-                               for row in self.rows])
+        """The same of the constraints."""
+        values: List[Any] = []
+        for row in self.rows:
+            if row.matrix is None:
+                values += np.ravel(np.asarray(self.row_values(row, v), dtype=object)).tolist()
+                continue
+            linear = [0.0] * row.size
+            matrix = ConstantPattern(row.matrix)
+            for k, j, a in zip(matrix.rows.tolist(), matrix.cols.tolist(), matrix.data.tolist()):
+                linear[k] = linear[k] + a * v[j]
+            values += linear
+        return values
 
     def constraint_rows(self, v: Vector, rows: Any) -> Vector:
         return self._joined(rows, lambda row, own: self.real_row_values(row, v)[own])
@@ -334,6 +362,8 @@ class _Game:
 
     def describe_derivatives(self) -> str:
         ways = {True: "complex steps", False: "differences"}
+        if self.recorded is not None:
+            return "formulas"
         return "; ".join(f"{name}: {ways[found.is_complex]}"
                          for name, found in self.derivatives.items())
 
@@ -349,11 +379,12 @@ def _start(values: Any, name: str) -> Vector:
 
 
 def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]) -> Problem:
-    functions = types.SimpleNamespace(objective=game.objective, gradient=game.gradient, constraints=game.constraints,
-        jacobian=game.jacobian, jacobianstructure=game.jacobianstructure,
-        constraint_rows=game.constraint_rows, jacobian_rows=game.jacobian_rows,
-        objective_over=game.objective_over, constraints_over=game.constraints_over,
-        **game.set_hessian(hess, hess_pattern))
+    source = game if game.recorded is None else game.recorded.formulas
+    functions = types.SimpleNamespace(objective_over=game.objective_over, constraints_over=game.constraints_over, **{
+        name: getattr(source, name) for name in ("objective", "gradient", "constraints", "jacobian",
+                                                 "jacobianstructure", "constraint_rows", "jacobian_rows")},
+        **(game.set_hessian(hess, hess_pattern) if game.recorded is None else
+           {name: getattr(source, name) for name in ("hessian", "hessianstructure")}))
     sides = [row.bounds(row.size) for row in game.rows]
     if callback is not None:
         if not callable(callback):
@@ -379,6 +410,8 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
                       players, game.owners(), game.names, names)
     of = weakref.ref(problem)
     problem.check_derivatives = False  # here it is done for one function after the other
+    if game.recorded is not None:
+        problem._before_solve = game.recorded.update
     if not options.pop("disp", False):
         asked = str(options.get("derivative_test", "none")) != "none"  # what it finds is printed
         problem.add_option("print_level", 3 if asked else 0)
@@ -418,6 +451,9 @@ def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Ve
             return v, info
         solved = info["status"] in (0, 1)
         places = [v] + [point["x"] for point in info["points"]] + ([] if solved else game.complex_steps_on_the_way())
+        if game.recorded is not None:
+            game.recorded_fail = not all(map(game.recorded.holds_around, places))
+            return v, info
         failed = [name for at in places for name in game.complex_steps_fail(at)]
         if failed:
             where = "near the answer" if solved else "on the way"
@@ -510,11 +546,14 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
     fun(x, y, *args)   returns a number; x (nx) and y (ny) are arrays
     x0 (nx), y0 (ny)   starting point
     jac                jac(x, y, *args) returns the gradient: nx + ny numbers, or a tuple of the two parts. True: fun
-                       returns (value, gradient). "cs": complex steps. "3-point": differences. None: complex steps if
-                       they agree with differences around the start and at the answer, else differences
+                       returns (value, gradient). "cs": complex steps. "3-point": differences. None: if no jac, hess or
+                       hess_pattern is given, also for constraints, all functions are called once with numbers that
+                       record what is computed, and these formulas are differentiated exactly. Otherwise, or if one
+                       cannot be recorded (branches on values, abs, float()): complex steps if they agree with
+                       differences around the start and at the answer, else differences
     hess               hess(x, y, *args) returns the Hessian in (x, y): (nx + ny) x (nx + ny), array or scipy.sparse,
-                       symmetric. It is used if all constraints that are not linear have one, too. None: differences
-                       of first derivatives
+                       symmetric. It is used if every constraint has one, too; a LinearConstraint needs none. None:
+                       formulas, else differences of first derivatives
     hess_pattern       without hess: array or scipy.sparse, (nx + ny) x (nx + ny), nonzero if the Hessian of fun or a
                        constraint may be. None: the pattern is detected, with about 20 gradients per variable at worst
     bounds_x, bounds_y pairs, one for all or one per variable, or scipy.optimize.Bounds
@@ -530,7 +569,8 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
     names_x, names_y   names of the variables in messages, instead of x[0], y[0] and so on
     uncertainty        set of ipminmax.sets in which y lies; then y0 need not be given, constraints that read y hold
                        for every y unless they have player="max", and minmax_epigraph is on
-    recourse           Recourse: fun and constraints then take (x, y, z), or (x, y, z, s)
+    recourse           Recourse: fun, the constraints and their jac and hess then take (x, y, z), or (x, y, z, s), and
+                       these derivatives are those in all of these arguments
     exact              whether to replace constraints linear in y by a formula of their largest value
 
     Returns a MinmaxResult. Functions may raise EvaluationError if they are undefined at a point; other
@@ -567,11 +607,15 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
             game.names[place] = game.given_names[name[-1]] = [str(n) for n in names]
     problem = None
     try:
-        game.set_objective(jac)
-        for row in rows:
-            game.add_constraint(row)
-        problem = _problem(game, hess, hess_pattern, callback, options)
-        v, info = _checked(game, problem, v0, check_derivatives)
+        for may_record in (hess_pattern is None and (hess is None or hasattr(fun, "is_ours")), False):
+            game.set_functions(jac, rows, may_record)
+            problem = _problem(game, hess, hess_pattern, callback, dict(options))
+            v, info = _checked(game, problem, v0, check_derivatives)
+            if not game.recorded_fail:
+                break
+            game.recorded, game.recorded_fail = None, False
+            game.notes.append("fun or a constraint is not the formula that was recorded at the start: solved again "
+                              "without it")
     except LimitReached:
         v, info = _late(game, v0)
     finally:

@@ -70,8 +70,8 @@ def draw_segment(data: Segment, axes: Any = None) -> Any:
 
 
 def draw_worst_cases(result: MinmaxResult, axes: Any = None, first: int = 0, second: int = 1) -> Any:
-    """The worst cases of a result: variables first and second of y, those on which x rests filled; of a
-    single y its value beside it."""
+    """Draws the worst cases of a result by the entries first and second of y, filled where the constraint is active.
+    If y is one number, the second axis is the value of the constraint (or of fun) there."""
     if not result.worst_cases:
         raise ValueError("the result has no worst cases: they are those of robust constraints and of "
                          "minmax_epigraph")

@@ -130,6 +130,15 @@ def _as_indices(rows: Any, cols: Any) -> Tuple[npt.NDArray[np.intc], npt.NDArray
     return rows.astype(np.intc), cols.astype(np.intc)
 
 
+def recording(n: int, m: int, objective: Any, constraints: Any) -> "_core.Recording":
+    """Calls functions of v with numbers that record what is computed. TypeError, or what a function raises: it cannot
+    be recorded, as it branches on values, say."""
+    v = np.array(_core.inputs(n), dtype=object)
+    rows = np.ravel(np.asarray(constraints(v), dtype=object)).tolist() if m else []
+    f, = np.ravel(np.asarray(objective(v), dtype=object)).tolist()
+    return _core.Recording(v[0], rows, f)
+
+
 class Problem:
     """min over x, max over y of f(v) with lb <= v <= ub, cl <= g(v) <= cu.
 
@@ -145,20 +154,19 @@ class Problem:
                      alg_mod 0: an iteration, 1: one of a feasibility restoration, 2: one of a
                      maximization over y at fixed x, with value obj_value and no current iterate
 
-    constraints and jacobian are needed only if m > 0. If rows are costly, define
-    constraint_rows(v, rows) and jacobian_rows(v, rows), which return only these rows; robust
-    constraints need them one at a time. hessian may skip rows whose lagrange is 0. Without hessian
-    second derivatives are differences of first ones, with the pattern of hessianstructure if it
-    exists, else with a detected one.
+    constraints and jacobian are needed only if m > 0. If rows are costly, define constraint_rows(v, rows) and
+    jacobian_rows(v, rows), which return only these rows (entries row by row, those of a row in the order of
+    jacobianstructure); robust constraints need them one at a time. hessian may skip rows whose lagrange is 0. Without
+    hessian second derivatives are differences of first ones, with the pattern of hessianstructure if it exists, else
+    with a detected one.
 
     players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the maximizer, or one
     string for all; None is a plain minimization, with a warning. constraint_players: m entries, or
     None: a constraint with an entry in a Max variable is Max's. A constraint of Min that reads Max
     variables is robust: it must hold for every y. names, constraint_names: n and m names for messages.
 
-    With the option minmax_worst_case_proof objective and constraints are also called with arrays of
-    Interval objects, on which NumPy's operations work. Methods objective_over and constraints_over,
-    if defined, are called instead.
+    With the option minmax_worst_case_proof objective and constraints are also called with an array of
+    numbers that record NumPy's operations. Methods objective_over and constraints_over, if defined, are called instead.
 
     solve raises the exceptions of these methods; EvaluationError says that a function is undefined at a
     point. Ctrl-C (KeyboardInterrupt), max_wall_time and max_cpu_time end the solve before the next call
@@ -169,6 +177,7 @@ class Problem:
     """
 
     check_derivatives: bool = True
+    _before_solve: Any = None  #: called before each solve
     _solving = False  #: from the first call of a user's function to the last
 
     def __init__(self, n: int, m: int, problem_obj: Any = None, lb: Any = None, ub: Any = None,
@@ -226,8 +235,8 @@ class Problem:
         self._solver.set_names(*given)
         if self._pattern_only:
             self._solver.add_option("hessian_approximation", "finite-difference-values")
-        self._solver.set_over_boxes(*[getattr(functions, name + "_over", methods.get(name))
-                                      for name in ("objective", "constraints")])
+        self._solver.set_recorder(lambda: recording(n, m, *[getattr(functions, name + "_over", methods.get(name))
+                                                           for name in ("objective", "constraints")]))
 
     @property
     def _core(self) -> "_core.Problem":
@@ -280,7 +289,7 @@ class Problem:
         certificate                 Certificate
         worst_case                  dict of starts, maxima, competing, higher, unbounded, single_branch,
                                     stated_concave, value, x with the worst y; None without a search
-                                    (minmax_worst_case_starts, minmax_starts)
+                                    (minmax_worst_case_starts), unless another start (minmax_starts) has a higher y
         worst_cases                 list of dicts of constraint (m: the objective), value, multiplier, active, age
                                     (solves since the full search over y), x with that y: of robust constraints and
                                     minmax_epigraph
@@ -290,7 +299,9 @@ class Problem:
                                     multistart (minmax_starts), the best first
         statements                  four texts: why the solve stopped (then, on further lines, what to do), what the
                                     point is locally, what was searched over all of y and over x
-        statistics                  dict of counts, seconds and errors
+        statistics                  dict: iterations, factorizations, analyses, evaluations (objective_evaluations,
+                                    gradient_, constraint_, jacobian_, hessian_), seconds, cpu_seconds, errors
+                                    (primal_error, dual_error_min, dual_error_max, complementarity_error, error)
         history                     iterations x 5: iteration, objective, inf_pr, inf_du, mu
         derivative_error            what is wrong with gradient or jacobian, or None
         """
@@ -323,6 +334,8 @@ class Problem:
     def _solve_from(self, core: Any, given: List[Vector], again: bool) -> Tuple[Vector, Dict[str, Any]]:
         interrupted = False
         try:
+            if self._before_solve is not None:
+                self._before_solve()
             wrong = self._wrong_derivative(given[0], given[0])
             if wrong is not None:
                 warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=4)
@@ -377,8 +390,8 @@ class Problem:
     def gap(self, v: npt.ArrayLike) -> float:
         """The duality gap at v: the largest objective over the maximizer's variables less the least one
         over the minimizer's, the other player's held at v, by two solves from there. The value of the
-        game lies between the two: 0 proves a saddle point, over all of both, whether or not it is the
-        only one. ValueError says why there is none: a constraint that is not linear or reads variables
+        game lies between these two values. 0 (in practice 1e-6 of the range of f) proves a saddle point over
+        all variables of both players, perhaps one of several. ValueError says why there is none: a constraint that is not linear or reads variables
         of both players, an objective that is not convex in the minimizer's variables and concave in
         the maximizer's, as far as second derivatives show, a solve that failed."""
         core, point = self._core, to_floats(v, "v").ravel()

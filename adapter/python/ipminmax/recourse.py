@@ -121,9 +121,9 @@ class Policy:
         self.prices = np.where(self._columns > 0, float(recourse.price), 0.0)
 
     def _basis(self, y: Any) -> Any:
-        v = ((y.T - self._center) / self._width).T
+        v = (y - self._center) / self._width
         first, second = self._pairs
-        return np.concatenate([np.ones((1, *v.shape[1:])), v] + ([v[first] * v[second]] if first.size else []))
+        return np.concatenate([[1.0], v] + ([v[first] * v[second]] if first.size else []))
 
     def _all(self, free: Any) -> Any:
         matrix = np.zeros(self._free.shape, dtype=free.dtype)
@@ -131,7 +131,7 @@ class Policy:
         return matrix
 
     def of(self, free: Any, y: Any) -> Any:
-        """Returns z, one column for each column of free and y."""
+        """Returns z."""
         return self._sum @ (free * self._basis(y)[self._columns])
 
     def derivatives(self, free: Vector, y: Vector, q: Vector) -> Tuple[Vector, Vector, Vector, Vector]:
@@ -157,7 +157,7 @@ class Policy:
 
     @property
     def coefficients(self) -> List[Vector]:
-        """Z0 (n), Z1 (n x ny), Z2 (n x ny x ny): z = Z0 + Z1 y + y'Z2 y."""
+        """Z0 (n), Z1 (n x ny), Z2 (n x ny x ny): z_k = Z0_k + Z1_k y + y'Z2_k y, y in its own units, Z2_k symmetric."""
         matrix, ny = self._all(self.answer), self._center.size
         constant, linear = matrix[:, 0], matrix[:, 1:1 + ny] / self._width
         square = np.zeros((len(matrix), ny, ny))

@@ -50,7 +50,8 @@ def printed(result: Any) -> str:
 
 
 def table(result: Any) -> Any:
-    """Returns the worst cases as a frame of pandas, without pandas as a list of dicts."""
+    """Returns the worst cases as a frame of pandas, without pandas as a list of dicts. Columns: "of" (a text),
+    "value", "multiplier", "active", and one for each entry of y: its name, or y[0], y[1] and so on."""
     names = result.names.get("y") or [f"y[{i}]" for i in range(len(result.y))]
     rows: List[Any] = [{"of": _place(c, result.names), "value": c.value, "multiplier": c.multiplier,
                         "active": c.active, **dict(zip(names, c.y))} for c in result.worst_cases]

@@ -50,7 +50,7 @@ class Point(NamedTuple):
 @dataclass(eq=False, repr=False)
 class MinmaxResult:
     """What minimize_minmax returns. Attributes are also keys, as in scipy's OptimizeResult: result.x
-    is result["x"]. A result can be pickled; the copy has no problem."""
+    is result["x"]. A result can be pickled; in the copy the attribute problem is None."""
 
     x: Vector  #: (nx)
     y: Vector  #: (ny); with robust constraints that of one worst case, see worst_cases
@@ -61,7 +61,7 @@ class MinmaxResult:
     status: int  #: Ipopt's number
     message: str
     certificate: Certificate
-    #: Worst case found over all of y (minmax_worst_case_starts, minmax_starts); see Problem.solve.
+    #: Worst case over all y, see Problem.solve; its "x" is x, then this y (with uncertainty= the solver's variables).
     worst_case: Optional[Dict[str, Any]]
     worst_cases: List[WorstCase]  #: of robust constraints, and of fun with minmax_epigraph
     proofs: List[Proof]  #: over all y, with minmax_worst_case_proof
@@ -113,7 +113,8 @@ class MinmaxResult:
         return report.printed(self)
 
     def worst_case_table(self) -> Any:
-        """Returns the worst cases as a frame of pandas, without pandas as a list of dicts."""
+        """Returns the worst cases as a frame of pandas, without pandas as a list of dicts. Columns: "of" (a text),
+        "value", "multiplier", "active", and one for each entry of y: its name, or y[0], y[1] and so on."""
         return report.table(self)
 
     def plot(self, axes: Any = None) -> Any:

@@ -49,7 +49,7 @@ class Sensitivity:
 
     def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
                    ) -> Dict[str, Any]:
-        """Returns the derivative along a change of the bounds lb, ub (n), cl, cu (m); None: unchanged. Its
+        """Returns the derivative along changes lb, ub (n), cl, cu (m) of the bounds; None: no change. Its
         key "curvature" holds the second derivative of the value."""
         return dict(self._call(self._core.derivative, lb, ub, cl, cu))
 
@@ -59,8 +59,8 @@ class Sensitivity:
 
     def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
                 ) -> Dict[str, Any]:
-        """Predicts the linearized solution after a whole change of the bounds, obj to second order. Also "share" (1:
-        all of the change could be followed, else "message" says why not) and "changes", a list of ActiveSetChange."""
+        """Predicts the linearized solution after changes of the bounds (see derivative), obj to second order. Also
+        "share" (1: all could be followed, else "message" says why not) and "changes", a list of ActiveSetChange."""
         return self._named(self._call(self._core.predict, lb, ub, cl, cu))
 
     def react(self, dx: npt.ArrayLike) -> Dict[str, Any]:

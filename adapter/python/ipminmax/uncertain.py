@@ -39,7 +39,7 @@ class Regret(NamedTuple):
 @dataclass(eq=False, repr=False)
 class RobustResult(MinmaxResult):
     """A MinmaxResult over an uncertainty set: y, and that of worst_cases, is a point of the set. Bounds of
-    Recourse are the constraint after the last one of the user."""
+    Recourse have the constraint number after the user's last one, len(constraints)."""
 
     policy: Optional[Policy] = None  #: the rule: policy(y), policy.coefficients
     states: Optional[Vector] = None  #: s at y
@@ -50,7 +50,7 @@ class RobustResult(MinmaxResult):
         return {**super().__getstate__(), "data": None}
 
     def plot(self, axes: Any = None) -> Any:
-        """plot.draw_policy where Recourse has stages, else plot.draw_worst_cases, in a set of two y on it."""
+        """plot.draw_policy if Recourse has stages, else plot.draw_worst_cases, with two y on a drawing of the set."""
         if self.policy is not None and self.policy.stages is not None:
             from .plot import draw_policy
             return draw_policy(self, axes)
@@ -245,9 +245,9 @@ class _Model:
         return first
 
     def parts(self, X: Any, W: Any, k: int) -> List[Any]:
-        """x, y and, with recourse, z and, where there are states, s; columns for columns of X and W."""
+        """x, y and, with recourse, z and, where there are states, s."""
         u = W[:self.given.k] if np.size(W) else self.given.start
-        found = [X[:self.nx], (self.given.origins[k] + (self.given.loadings @ u).T).T]
+        found = [X[:self.nx], self.given.origins[k] + self.given.loadings @ u]
         if self.policy is not None:
             found.append(self.policy.of(X[self.nx:self.end], found[1]))
         if self.s0.size:
@@ -292,7 +292,7 @@ class _Model:
             found = given(*self.parts(X, W, k))
             if found is None:
                 raise TypeError(f"{name} returned None")
-            array = np.atleast_2d(found) if np.ndim(X) > 1 else np.ravel(found)
+            array = np.ravel(found)
             return array if array.dtype.kind in "fcO" else array.astype(float)
 
         at, total = np.cumsum(self.sizes), sum(self.sizes)
@@ -361,8 +361,6 @@ class _Model:
 
     def line(self, value: Any, X: Any, k: int) -> Tuple[Any, Any]:
         """Values at the start of the factors, and slopes (values x factors), of what is linear in y."""
-        if np.ndim(X) > 1:
-            raise TypeError("one X at a time")
         step, base = 0.5 * self.given.width, value(X, self.given.start, k)
         moved = [value(X, self.given.start + step * e, k) - base for e in np.eye(self.given.k)]
         return base, np.array(moved).T.reshape(base.size, -1) / step
@@ -572,6 +570,11 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         options = {"minmax_epigraph": "yes", **options}
     every = model.game()
     nonlinear = [row for row in every if isinstance(row, Constraint)]
+    def f(X: Any, W: Any) -> Any:
+        return objective.value(X, W, 0)[0] + model.price(X)
+    if jac is hess is None and not any(row.jac or row.hess or row.method for row in rows if row.matrix is None):
+        for function in [f] + [row.fun for row in nonlinear]:  # formulas may take the place of its derivatives
+            function.is_ours = True  # type: ignore[attr-defined]
     if objective.hess is None or any(row.hess is None for row in nonlinear):
         if hess is not None or any(row.hess is not None for row in rows):
             warnings.warn("hess is not used, as fun or a constraint has none: second derivatives are differences",
@@ -584,8 +587,9 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         prices[model.nx:model.end] = 2.0 * model.policy.prices
     low, up = (np.clip(side, -given.reach, given.reach)[:model.w0.size] for side in (given.lower, given.upper))
     states = np.full(model.w0.size - low.size, np.inf)
-    inner = minimize_minmax(lambda X, W: objective.value(X, W, 0)[0] + model.price(X), model.start, model.w0, (),
-        objective.jac and (lambda X, W: objective.jac(X, W, 0).ravel() + prices * np.r_[X, W]),
+    inner = minimize_minmax(f, model.start, model.w0, (),
+        objective.jac and (lambda X, W: objective.jac(X, W, 0).ravel() + prices * np.r_[X, W]) or (
+            jac if isinstance(jac, str) else None),
         objective.hess and (lambda X, W: objective.hess(X, W, 0, np.ones(1)) + np.diag(prices)),
         list(zip(model.lower, model.upper)), list(zip(np.r_[low, -states], np.r_[up, states])), every,
         callback and (lambda X, W: callback(*model.parts(X, W, 0)[:2])), options, check_derivatives=check,

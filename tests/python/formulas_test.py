@@ -1,0 +1,188 @@
+"""Functions without derivatives that are recorded as formulas, and those that cannot be."""
+
+import math
+import unittest
+
+import numpy as np
+
+from ipminmax import Constraint, LinearConstraint, _core, differences, minimize_minmax, sets
+
+
+def record(fun, rows, v):
+    """Formulas of fun(v) and rows(v)."""
+    inputs = np.array(_core.inputs(v.size), dtype=object)
+    return _core.Formulas(v, _core.Recording(inputs[0], list(rows(inputs)), fun(inputs)))
+
+
+def game(x, y):
+    return (x[0] - 1.0) ** 2 + x[0] * y[0] - y[0] ** 2  # x = .8, y = .4
+
+
+class Derivatives(unittest.TestCase):
+    def check(self, fun, rows, v):
+        found, size = record(fun, rows, v), v.size
+        self.assertAlmostEqual(found.objective(v), float(fun(v)), delta=1e-12 * abs(float(fun(v))))
+        np.testing.assert_allclose(found.constraints(v), rows(v), rtol=1e-12)
+        jacobian = np.zeros((1 + len(rows(v)), size))
+        jacobian[0], jacobian[1:][found.jacobianstructure()] = found.gradient(v), found.jacobian(v)
+        box = differences.Box(np.full(size, -np.inf), np.full(size, np.inf), v)
+        np.testing.assert_allclose(jacobian, differences.central(lambda w: np.array([fun(w), *rows(w)]), v, box),
+                                   rtol=1e-7, atol=1e-7)
+        weights = np.linspace(0.5, 2.0, len(rows(v)))
+
+        def slope(w):
+            return 3.0 * found.gradient(w) + np.bincount(
+                found.jacobianstructure()[1], weights[found.jacobianstructure()[0]] * found.jacobian(w), size)
+        expected = np.array([(slope(v + h) - slope(v - h)) / 2e-5 for h in 1e-5 * np.eye(size)])
+        hessian, (i, j) = np.zeros((size, size)), found.hessianstructure()
+        self.assertTrue(np.all(i >= j))
+        hessian[i, j] = hessian[j, i] = found.hessian(v, weights, 3.0)
+        np.testing.assert_allclose(hessian, expected, rtol=1e-6, atol=1e-6)
+        some = np.array([0, len(rows(v)) - 1], dtype=np.intc)
+        np.testing.assert_allclose(found.constraint_rows(v, some), np.array(rows(v))[some], rtol=1e-12)
+        entries = [found.jacobian(v)[found.jacobianstructure()[0] == row] for row in some]
+        np.testing.assert_allclose(found.jacobian_rows(v, some), np.concatenate(entries))
+
+    def test_each_operation(self):
+        ones = (np.sqrt, np.exp, np.log, np.sin, np.cos, np.tan, np.arcsin, np.arccos, np.arctan, np.sinh, np.cosh,
+                np.tanh, np.square, np.negative, np.conjugate, lambda a: a ** 3, lambda a: a ** -1.5, lambda a: 2.0 ** a,
+                lambda a: 3.0 / a, lambda a: 1.0 - a, lambda a: np.float64(2.0) * a + 1)
+        for k, one in enumerate(ones):
+            with self.subTest(k):
+                self.check(lambda v: one(v[0]) * v[1], lambda v: [one(v[0] * v[1]), one(v[2] / 2) - v[0]],
+                           np.array([0.3, 0.7, 0.9]))
+
+    def test_operations_of_arrays(self):
+        matrix = np.random.default_rng(1).standard_normal((4, 4))
+        self.check(lambda v: v @ matrix @ v + np.sum(v * v) + np.mean(v) * np.prod(v) + np.linalg.norm(v),
+                   lambda v: np.concatenate([matrix @ v, np.cumsum(np.diff(v) ** 2), [np.dot(v, v), v[0] / v[1] ** v[2]]]),
+                   np.array([0.3, 0.7, 0.9, 1.3]))
+
+    def test_rows_that_have_most_in_common(self):
+        """States of a simulation: the last row needs all operations of the others."""
+        def rows(v):
+            state, found = [1.0, 0.0], []
+            for k in range(12):
+                state = [state[0] + 0.1 * state[1], state[1] + 0.1 * (v[k % v.size] - np.sin(state[0]))]
+                found.append(state[0] * v[0])
+            return found
+        self.check(lambda v: rows(v)[-1] ** 2, rows, np.array([0.3, 0.7, 0.9]))
+
+
+class Solves(unittest.TestCase):
+    def test_few_calls_and_exact_derivatives(self):
+        n = 400
+        result = minimize_minmax(lambda x, y: np.sum((x - 1.0) ** 2) + 0.1 * np.sum(x[1:] * x[:-1]) - np.sum(y**2)
+                                 + np.sum(x * y), np.zeros(n), np.zeros(n))
+        self.assertEqual(result.derivatives, "formulas")
+        self.assertLess(result.nfev, 20)
+        self.assertTrue(result.certificate.is_local_minmax)
+        self.assertFalse(result.certificate.finite_differences)
+        np.testing.assert_allclose(result.y, 0.5 * result.x, atol=1e-7)
+
+    def test_answers_are_those_of_complex_steps(self):
+        random = np.random.default_rng(5)
+        for _ in range(20):
+            a = random.standard_normal((5, 5))
+
+            def fun(x, y):
+                return (0.5 * x @ x + np.sin(a[0, 0] * x[0]) + x @ a[:3, 3:] @ y - y @ y - 0.1 * np.sum(y**4)
+                        + np.exp(0.3 * a[0, 1] * x[1]))
+            rows = [Constraint(lambda x, y: [x[0] * x[1], x[2] ** 2], [-1.0, -np.inf], [1.0, 2.0]),
+                    LinearConstraint(a[:1, :3], a[:1, 3:] * [1.0, 0.0], -1.0, 1.0, "max")]
+            found = [minimize_minmax(fun, 0.1 * np.ones(3), np.zeros(2), jac=jac, constraints=rows,
+                                     bounds_x=(-2.0, 2.0), bounds_y=(-2.0, 2.0)) for jac in (None, "cs")]
+            self.assertEqual(found[0].derivatives, "formulas")
+            self.assertEqual(found[0].certificate.kind, found[1].certificate.kind)
+            np.testing.assert_allclose(found[0].x, found[1].x, atol=1e-6)
+
+    def test_what_cannot_be_recorded_is_called(self):
+        table = [0.0, 1.0]
+
+        def into_array(x, y):
+            found = np.zeros(2)
+            found[:] = x[0], y[0]
+            return game(found[:1], found[1:])
+
+        for k, fun in enumerate((
+                lambda x, y: game(x, y) if x[0] < 5.0 else 0.0, lambda x, y: game(x, y) + 0.0 * max(x[0], 0.0),
+                lambda x, y: game(x, y) + np.maximum(x[0] - 9.0, 0.0), lambda x, y: game([float(x[0])], y),
+                lambda x, y: game(x, y) + math.sin(0.0 * np.real(x[0])), lambda x, y: game(x, y) * (x[0] == x[0]),
+                lambda x, y: game(x, y) + table[int(0.0 * np.real(x[0]))], into_array,
+                lambda x, y: game(x, y) + 1e-12 * abs(y[0]), lambda x, y: game(x, y) if x[0] else 0.0)):
+            with self.subTest(k):
+                result = minimize_minmax(fun, [0.5], [0.2])
+                self.assertIn("fun: ", result.derivatives)
+                np.testing.assert_allclose([*result.x, *result.y], [0.8, 0.4], atol=1e-5)
+
+    def test_given_ways_are_used(self):
+        for jac in ("cs", "3-point"):
+            self.assertIn("fun: ", minimize_minmax(game, [0.5], [0.2], jac=jac).derivatives)
+        rows = Constraint(lambda x, y: x[0] * y[0], ub=9.0, jac="cs")
+        self.assertIn("fun: ", minimize_minmax(game, [0.5], [0.2], constraints=rows).derivatives)
+
+    def test_constraints_of_scipy(self):
+        try:
+            from scipy.optimize import NonlinearConstraint
+        except ImportError:
+            self.skipTest("no SciPy")
+        result = minimize_minmax(game, [0.5], [0.2], constraints=NonlinearConstraint(lambda x, y: x[0] ** 2, -1.0, 0.25))
+        self.assertEqual(result.derivatives, "formulas")
+        np.testing.assert_allclose([*result.x, *result.y], [0.5, 0.25], atol=1e-6)
+
+    def test_a_branch_that_hides_is_found_at_the_answer(self):
+        """Another function where x > 3, which recording does not see."""
+        def fun(x, y):
+            try:
+                far = x[0] > 3.0
+            except TypeError:
+                far = False
+            return (x[0] - 8.0) ** 2 + (2.0 * x[0] ** 2 if far else 0.0) + x[0] * y[0] / 4.0 - y[0] ** 2
+
+        result = minimize_minmax(fun, [0.0], [0.3], bounds_x=(-5.0, 20.0))
+        self.assertIn("solved again without it", result.message)
+        self.assertNotEqual(result.derivatives, "formulas")
+        self.assertAlmostEqual(result.fun, fun(result.x, result.y), delta=1e-12)
+
+    def test_numbers_may_change_between_solves(self):
+        data = {"at": 1.0, "rows": 1}
+        result = minimize_minmax(lambda x, y: (x[0] - data["at"]) ** 2 + x[0] * y[0] - y[0] ** 2, [0.5], [0.2],
+                                 constraints=Constraint(lambda x, y: sum(x[0] for _ in range(data["rows"])), ub=9.0))
+        self.assertEqual(result.derivatives, "formulas")
+        data["at"] = 2.0
+        v, info = result.problem.solve_again([0.8, 0.4])
+        np.testing.assert_allclose(v, [1.6, 0.8], atol=1e-6)
+        data["rows"] = 3
+        with self.assertRaisesRegex(ValueError, "does other operations"):
+            result.problem.solve_again([0.8, 0.4])
+
+    def test_zeros_of_a_matrix_read_nothing(self):
+        """So the row is Min's."""
+        matrix = np.array([[1.0, 0.0]])
+        result = minimize_minmax(game, [0.5], [0.2], constraints=Constraint(
+            lambda x, y: matrix @ np.concatenate([x, y]), ub=0.5))
+        self.assertEqual(result.derivatives, "formulas")
+        np.testing.assert_allclose([*result.x, *result.y], [0.5, 0.25], atol=1e-6)
+
+    def test_too_large_for_a_formula(self):
+        """Of v'A v with a dense matrix there are more operations than are recorded."""
+        matrix = np.ones((1100, 1100))
+
+        def fun(x, y):
+            v = np.concatenate([x, y])
+            return v @ matrix @ v - 2.0 * y @ y
+
+        v = np.array(_core.inputs(1100), dtype=object)
+        with self.assertRaisesRegex(TypeError, "too many operations"):
+            fun(v[:300], v[300:])
+
+    def test_over_a_set(self):
+        result = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + x[0] * y[0], [0.3], uncertainty=sets.Ball([0.0], 0.5))
+        self.assertEqual(result.derivatives, "formulas")
+        np.testing.assert_allclose(result.x, [0.75], atol=1e-6)  # (x - 1)^2 + |x| / 2
+        self.assertIn("fun: ", minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + x[0] * y[0], [0.3], jac="cs",
+                                               uncertainty=sets.Ball([0.0], 0.5)).derivatives)
+
+
+if __name__ == "__main__":
+    unittest.main()
