@@ -14,10 +14,10 @@ namespace IPMINMAX_API ipminmax {
 /// Everything that was found: the best point and the other certified points.
 using Answer = MultistartResult;
 
-/// Solves a model as the options ask: from minmax_starts starting points and the given ones (n
-/// values each), with robust constraints, with f in epigraph form (minmax_epigraph,
-/// minmax_epigraph_at_kinks), and with a search over y (minmax_worst_case_starts). Every front end
-/// calls this; solve, multistart and solve_robust are other names of it.
+/// Solves a model as the options ask: from max(minmax_starts, 1 + given.size()) starting points,
+/// among them the given ones (n values each), with robust constraints, f in epigraph form
+/// (minmax_epigraph, minmax_epigraph_at_kinks) and a search over y (minmax_worst_case_starts).
+/// Every front end calls this; solve, multistart and solve_robust are other names of it.
 ///
 /// Limits of time, factorizations and memory hold for the whole run, max_iter and tolerances for
 /// each solve. The observer is not called again after it has returned false. std::bad_alloc gives

@@ -15,9 +15,10 @@ namespace IPMINMAX_API ipminmax {
 struct DualityGap {
   double most = std::numeric_limits<double>::quiet_NaN();   ///< max over y of f at the given x
   double least = std::numeric_limits<double>::quiet_NaN();  ///< min over x of f at the given y
-  /// Whether most and least differ by at most tol, or by at most minmax_worst_case_tol (1e-6) times
-  /// the range of f over some points. The point is then a saddle point over all of x and y, perhaps
-  /// one of several, and f there is the value of the game, to this accuracy.
+  /// Whether most and least differ by at most the smaller of tol and R / 1000, or by at most
+  /// minmax_worst_case_tol (1e-6) times R. R is the range of f over some points. The point is then
+  /// a saddle point over all of x and y, perhaps one of several, and f there is the value of the
+  /// game, to this accuracy.
   bool saddle_point = false;
   std::string message;  ///< the gap in words, without a line end
   [[nodiscard]] double size() const { return most - least; }

@@ -11,8 +11,8 @@ namespace IPMINMAX_API ipminmax {
 
 struct UserScaling;  // problem.hpp
 
-/// What the choice of the shifts found at the point that a step left. Inertias count the slack
-/// rows, as in Certificate; those that were not needed are empty.
+/// Inertias seen while the shifts of a step were chosen, at the point where the step begins. They
+/// count the slack rows, as in Certificate; those that were not needed are empty.
 struct ShiftFindings {
   std::optional<Inertia> inner_at_zero;  ///< of K_yy (the paper's J_yy) without shift
   std::optional<Inertia> full_at_zero;   ///< of K (the paper's J_zz) without shift
@@ -30,15 +30,20 @@ struct ShiftFindings {
 /// the iteration that waits for it. Objective and error.primal are then those of the model (the
 /// objective NaN where undefined); mu, the step and the other errors are those of the restoration
 /// problem.
+///
+/// Iterations of a maximization over y at a held x are told with over_y set. All members are then
+/// about the maximization: objective is f or a constraint (negated for its lower bound), v is x and
+/// the y reached, result() what the maximization would return. A stop returns the best point of the
+/// finished solves. In a proof over y objective is the bound, and result() has no point.
 struct IterationInfo {
   Index iteration = 0;
   bool restoration = false;
-  bool over_y = false;     ///< of a maximization over y at a held x, whose objective it tells
+  bool over_y = false;
   double objective = 0.0;  ///< unscaled
   KktError error;          ///< primal: to the relaxed bounds (bound_relax_factor), unlike in Result
   double mu = 0.0;
-  /// |g(z, mu)|_inf at the iterate, in canonical units: the |g(z, b)| that Algorithm 1 compares
-  /// with b, delta_s and delta_epsilon.
+  /// |g(z, mu)|_inf at the iterate, of the scaled problem with slacks (docs/algorithm.md,
+  /// "Canonical problem"): Algorithm 1 compares it with b, delta_s and delta_epsilon.
   double barrier_error = 0.0;
   double step_norm = 0.0;  ///< infinity norm of the primal step
   double delta_x = 0.0;    ///< Hessian shift of the Min variables (the paper's epsilon_x)

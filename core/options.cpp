@@ -378,8 +378,9 @@ Rows multistart_options() {
        "Whether branch and bound over y, with outward rounding, proves how large f and each robust "
        "constraint can become at the answer's x. If it finds a y with a higher value, the solve "
        "continues with this y. An answer without a complete proof is no success. Needs a model "
-       "that gives its formulas, see docs/proof.md. Each function may read at most 8 Max variables "
-       "that are not fixed, all with two bounds (more if no box has to be divided).",
+       "that gives its formulas, see docs/proof.md. At most 8 Max variables that are not fixed may "
+       "count, all with two bounds (more if no box has to be divided): for f all of Max's, for a "
+       "constraint those that it depends on, also through Max's constraints.",
        flag(&O::minmax_worst_case_proof)},
       {"minmax_concave_in_y", category,
        "yes states that f is concave in y and that the feasible y are a convex set. A local "

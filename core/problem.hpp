@@ -82,8 +82,8 @@ class Problem {
   /// Returns the players, bounds and patterns. They stay the same during a solve.
   [[nodiscard]] virtual const ProblemStructure& structure() const = 0;
 
-  /// Fills in the start. Returns false if the model has none: it is not solved then, but where only
-  /// its multipliers were asked for these are computed.
+  /// Fills in the start. Returns false if the model has none, or does not know the multipliers that
+  /// are needed: it is not solved then.
   [[nodiscard]] virtual bool starting_point(StartingPoint& start) = 0;
 
   /// Fills in the model's scaling factors. Returns false if it has none.

@@ -45,22 +45,24 @@ struct ProofRequest {
 };
 
 /// Proves a bound of the largest value of f or of a robust constraint over all of y at the x of v
-/// (n values). The method is branch and bound over Max's variables that are not fixed: at most
-/// IntervalJet::kMostDirections (8) of them, each with two bounds. A box is bounded by interval
-/// arithmetic with outward rounding (interval.hpp): by the formulas, their mean-value form, their
-/// second-order form, and the latter two of the Lagrangian with the multipliers of the value seen,
-/// f <= f + lambda (u - g) on Y(x). A box is discarded if a constraint of Max fails everywhere in
-/// it. If all of them hold everywhere, it is also discarded if it has no stationary point or if f
-/// is convex along some direction in it.
+/// (n values). The method is branch and bound over Max's variables that are neither fixed nor
+/// determined by others (BoxFunctions): for f over all of these, for a constraint over those that
+/// it depends on, also through Max's constraints. There may be 8 (IntervalJet::kMostDirections) of
+/// them at most, each with two bounds. A box is bounded by interval arithmetic with outward
+/// rounding (interval.hpp): by the formulas, their mean-value form and their second-order form, of
+/// f and of its Lagrangian f + lambda (u - g), which is at least f where Max's constraints g <= u
+/// hold; lambda are the multipliers at the y of the value seen. A box is discarded if a constraint
+/// of Max fails everywhere in it. If all of them hold everywhere, it is also discarded if it has no
+/// stationary point or if f is convex along some direction in it.
 ///
 /// The proof is about the formulas. It trusts the model's code, the compiler and the accuracy of
 /// the C library.
 ///
 /// Throws std::invalid_argument if the problem has no functions over boxes, v is not n finite
-/// values, or the request is invalid. A variable that cannot be cut leaves the proof incomplete,
-/// unless the bound over all of y at once is tight. A time limit or the observer ends the proof
-/// with what is proved so far; the observer is called for the maximizations and for every
-/// thousandth box.
+/// values, or the request is invalid. More than 8 such variables, or one without two bounds, only
+/// leave the proof incomplete, unless the bound over all of y at once is tight. A time limit or the
+/// observer ends the proof with what is proved so far; the observer is called for the maximizations
+/// and for every thousandth box.
 ///
 /// The option minmax_worst_case_proof does the same for f and every robust constraint at the answer
 /// of a solve (Result::over_y.proofs).

@@ -61,8 +61,8 @@ struct Prediction {
 /// change, and the maximizer's reaction to other values of the minimizer's variables.
 ///
 /// At a certified point with strict complementarity the solution is a differentiable function of
-/// the constants, and of (y, lambda_y) of x. With A the active constraints and F the variables at
-/// no bound, p the moved constants,
+/// the constants, and (y, lambda_y) is one of x. With A the active constraints and F the variables
+/// at no bound, p the moved constants,
 ///
 ///     | W_FF  J_AF' | | dv_F / dp     |     | (W_F. dv / dp) of the variables at bounds         |
 ///     | J_AF  0     | | dlambda_A / dp| = - | (J_A. dv / dp) of these, less moved right sides   |

@@ -21,7 +21,7 @@ struct Analysis {
 };
 
 enum class FactorizationStatus : std::uint8_t {
-  Failed,  ///< starts as failure; the backend broke down (vanishing pivot without pivoting, NaN)
+  Failed,  ///< initial value, or the backend broke down (vanishing pivot without pivoting, NaN)
   OutOfMemory,  ///< also after the retries with more memory
   Singular,     ///< factorized, but inertia.zero > 0: solves are not meaningful
   Ok
@@ -97,8 +97,8 @@ class SymmetricSolver {
   /// solutions. No iterative refinement.
   virtual void solve_in_place(std::span<double> rhs, Index columns = 1) = 0;
 
-  /// product = B' A^-1 B, columns x columns by columns, lower triangle; like solve_in_place. The
-  /// rows of B are those of A.
+  /// Writes B' A^-1 B into product: columns x columns numbers, column by column, of which only the
+  /// lower triangle counts. May be called when solve_in_place may. The rows of B are those of A.
   virtual void inverse_product(const SparseColumns& b, std::span<double> product);
   /// Predicted operations of inverse_product after an analyze, in the unit of Analysis::flops; the
   /// pattern of B is all that is read.

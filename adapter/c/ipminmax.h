@@ -209,7 +209,8 @@ int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
  * Outputs, each may be NULL: g (m), obj_val, mult_g (m), mult_x_L (n), mult_x_U (n). With
  * warm_start_init_point yes the multipliers are also inputs and must not be NULL. They satisfy
  * grad f + J' mult_g - mult_x_L + mult_x_U = 0, so multipliers of a Max variable's bounds are <= 0.
- * Nothing is written if the solve stops before its first iterate. */
+ * Nothing is written if the solve is refused (invalid option, invalid problem, too few degrees of
+ * freedom). If it ends because a function is undefined at the start, all outputs but x are NaN. */
 enum IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double *x, double *g,
                                         double *obj_val, double *mult_g, double *mult_x_L,
                                         double *mult_x_U, void *user_data);
@@ -231,9 +232,9 @@ enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x,
                                              double *obj_val, double *mult_g, double *mult_x_L,
                                              double *mult_x_U, void *user_data);
 
-/* Write the certificate and the statistics of the last solve. They return 0 if it stopped before
- * its first iterate. Inside the intermediate callback IpminmaxGetStatistics gives those of the
- * current solve. */
+/* Write the certificate and the statistics of the last solve. They return 0 if there was none or it
+ * was refused. Inside the intermediate callback IpminmaxGetStatistics gives those of the current
+ * solve. */
 int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate *certificate);
 int IpminmaxGetCertificateSized(IpminmaxProblem problem, IpminmaxCertificate *certificate,
                                 size_t size);
@@ -249,9 +250,9 @@ typedef struct IpminmaxWorstCase {
                          of f may have a kink (no derivative) at this x */
   double value;       /* largest f(x, y) found at a feasible y: a lower bound of the worst case */
   int found;          /* 1: there is such a y */
-  int higher;         /* 1: value exceeds f at the point asked about by more than a maximization is
-                         exact, or unbounded is 1. If starts is 0, value is the largest f at this x
-                         with the y of another start of a multistart (minmax_starts) */
+  int higher;         /* 1: value exceeds f at the point asked about by more than the accuracy of a
+                         maximization, or unbounded is 1. If starts is 0, value is the largest f at
+                         this x with the y of another start of a multistart (minmax_starts) */
   int unbounded;      /* 1: a maximization over y diverged */
   int single_branch;  /* 1: all ended at one maximum: f looks concave in y here */
   int stated_concave; /* 1: option minmax_concave_in_y is set */
@@ -266,8 +267,8 @@ int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
 int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double *x, int starts,
                                 IpminmaxWorstCase *worst_case, size_t size, double *worst_x,
                                 void *user_data);
-/* Writes the same for the last solve. Returns 0 if that did not search (option
- * minmax_worst_case_starts). */
+/* Writes the same for the last solve; starts is 0 if that did not search (option
+ * minmax_worst_case_starts). Returns 0 if there was no solve or it was refused. */
 int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, double *worst_x);
 int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, size_t size,
                               double *worst_x);
@@ -276,13 +277,13 @@ int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_
  * NULL if capacity is 0. */
 int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
 
-/* Computes the duality gap most - least at x (n entries) by two solves with the options of the next
- * one. The game must be convex in the Min variables and concave in the Max variables, with linear
+/* Computes the duality gap most - least at x (n entries) by two solves. It uses the options of the
+ * next IpminmaxSolve. The game must be convex in the Min variables and concave in the Max variables, with linear
  * constraints of each player's own. most is the largest objective over the Max variables, least the
  * smallest over the Min variables, with the other player's variables held at x. saddle_point is 1
- * if they differ by at most the option tol, or by minmax_worst_case_tol times the range of f over
- * some points: x is then a saddle point over all variables. Each output may be NULL. Returns 0 if
- * the conditions do not hold or a solve fails; IpminmaxMessage says why. */
+ * if they differ by at most the smaller of the option tol and R / 1000, or by at most 1e-6 R. R is
+ * the range of f over some points. x is then a saddle point over all variables. Each output may be
+ * NULL. Returns 0 if the conditions do not hold or a solve fails; IpminmaxMessage says why. */
 int IpminmaxFindGap(IpminmaxProblem problem, const double *x, double *most, double *least,
                     int *saddle_point, void *user_data);
 
@@ -335,9 +336,10 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double *x_L_vio
  * variables (equal bounds, to be moved by the same amount), bounds of variables and
  * inequalities. */
 
-/* Prepares the functions below for the last solution. Call it before IpminmaxSetBounds and with the
- * last solve's user_data. It takes one evaluation of the derivatives and one factorization. Returns
- * 0 if the solution has no derivatives; IpminmaxMessage says why. */
+/* Prepares the functions below for the last solution. Call it before IpminmaxSetBounds. It takes
+ * one evaluation of the derivatives and one factorization. The callbacks get the user_data of the
+ * last call that had one; what it points to must be as in the last solve. Returns 0 if the solution
+ * has no derivatives; IpminmaxMessage says why. */
 int IpminmaxUpdateSensitivity(IpminmaxProblem problem);
 
 /* Writes the derivative of the solution along a change of bounds dx_L, dx_U (n entries), dg_L, dg_U

@@ -99,9 +99,9 @@ class HorizonShift {
 };
 
 /// Options for a start close to the solution: multipliers are asked for, the barrier parameter
-/// starts at mu, and the point is hardly pushed away from its bounds. mu about the size of the
-/// change from one time step to the next, at least tol: smaller makes steps short, larger walks
-/// back.
+/// starts at mu, and the point is hardly pushed away from its bounds. Take mu between
+/// tol and 0.1: the nearer the start is to the solution, the smaller (1e-4, say). A mu that is too
+/// small makes steps short, one that is too large first moves the iterates away.
 inline void warm_start(Ipopt::OptionsList& options, double mu) {
   options.SetStringValue("warm_start_init_point", "yes");
   options.SetNumericValue("mu_init", mu);

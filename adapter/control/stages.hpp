@@ -95,8 +95,8 @@ struct Horizon {
   /// memory_bound.
   std::size_t memory = 0;
   double memory_bound = 2e19;
-  /// Weight of the squares of u_k, G and M_l. It makes the choice unique if they can express the
-  /// same control.
+  /// Weight, in the objective, of the squares of u_k, G and M_l, if Min chooses an entry of G or
+  /// memory is above 0. It makes the choice unique if they can express the same control.
   double feedback_price = 1e-3;
   std::vector<std::string> state_names{}, control_names{}, disturbance_names{};
 };
@@ -120,7 +120,7 @@ struct StageAnswer {
 };
 
 /// The game of a Model with these members:
-///   static constexpr std::size_t states, controls, disturbances;   // each at least 0, 0, 0
+///   static constexpr std::size_t states, controls, disturbances;   // numbers; each may be 0
 ///   void dynamics(auto s, auto u, auto w, auto rate) const;        // or (auto at, auto rate)
 ///   auto cost(auto s, auto u, auto w) const;                       // or (auto at)
 /// and optionally
@@ -131,8 +131,8 @@ struct StageAnswer {
 ///   static constexpr std::size_t terminal_limits;                  // rows of
 ///   void terminal_limits_of(auto s, auto g) const;                 // or (auto at, auto g)
 /// `at` is a StagePoint; either all functions take it or none. Limits mean g <= 0 for every
-/// disturbance, with the state at the end of each stage and the control of that stage. Terminal
-/// limits read the last state.
+/// disturbance, with the state and the time t at the end of each stage and the control of that
+/// stage. Terminal limits read the last state.
 ///
 /// Variables: s_0, u_0, w_0, s_1, ..., s_T, parameters, gains, memory, duration. Constraints: stage
 /// by stage the dynamics and the limits; the terminal limits.
@@ -224,7 +224,7 @@ class StageGame : public Problem {
   }
   /// Solves one stage later: s_0 is the measured state (one entry per state), and the solve starts
   /// at the last answer moved one stage ahead, with barrier parameter mu. If the last solve did not
-  /// succeed or there was none, it does what solve does.
+  /// succeed or there was none, it starts where solve does.
   [[nodiscard]] StageAnswer solve_next(std::span<const double> measured, SolverOptions options = {},
                                        double mu = 1e-3, const SolveObserver& observer = {}) {
     const bool warm = last_ && is_success(last_->status);
@@ -280,10 +280,10 @@ class StageGame : public Problem {
         free_time() ? v[tail() + shared_ - 1] : h_.step * static_cast<double>(h_.stages);
     return answer;
   }
-  /// Returns the state after a stage, as a plant for closed loops. It takes one step of the game's
-  /// own discretization, or the given number of equal steps for a finer plant. The classical
-  /// Runge-Kutta method replaces an implicit one, by default with ten steps. Discrete dynamics take
-  /// one step. Throws std::invalid_argument if lengths do not fit.
+  /// Returns the state after a stage of length Horizon::step (also if Min chooses the duration), as
+  /// a plant for closed loops. It takes one step of the game's discretization, or `steps` equal
+  /// ones for a finer plant. The classical Runge-Kutta method replaces an implicit one, by default
+  /// with ten steps. Discrete dynamics take one. Throws std::invalid_argument for wrong lengths.
   [[nodiscard]] std::vector<double> simulate(std::span<const double> s, std::span<const double> u,
                                              std::span<const double> w,
                                              std::span<const double> p = {}, std::size_t k = 0,

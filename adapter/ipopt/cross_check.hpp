@@ -32,11 +32,12 @@ struct CrossCheckSettings {
   double point_tolerance = 1e-4;
 
   // Minmax problems only.
-  /// A maximization near y* moves y_i by at most radius times its length: |y_i| at y* or at the
-  /// problem's start, but at most half of the distance between its bounds.
+  /// A maximization near y* moves y_i by at most radius times its length: the larger of |y_i| at y*
+  /// and at the problem's start. With two bounds, 2h apart, the length is at least min(h/10, 1) and
+  /// at most h. Without two bounds it is at least 1 if y_i starts at 0.
   double radius = 1e-2;
-  /// If f rises by more than this near y*, then y* is no local maximum. Relative as tolerance, but
-  /// to at most 100 times the range of f at all starts.
+  /// If f rises near y* by more than this times min(max(1, |f|), 100 times the range of f at y* and
+  /// at all starts), then y* is no local maximum.
   double gain_tolerance = 1e-7;
   int near_starts = 4;  ///< maximizations near y*, the first from y*, the others from around it
   int far_starts = 2;   ///< maximizations over all y, from points some lengths away from y*
@@ -61,8 +62,8 @@ enum class CrossCheckVerdict : std::uint8_t {
 /// Largest differences of the two answers; bound multipliers of fixed variables are left out.
 struct AnswerDifference {
   double objective = 0.0;  ///< ours minus Ipopt's, over max(1, |Ipopt's|)
-  double point = 0.0;      ///< of v, over max(1, largest |v|), as all that follow
-  double lambda = 0.0;
+  double point = 0.0;      ///< of v, over max(1, largest |v|)
+  double lambda = 0.0;     ///< over max(1, largest |lambda| of Ipopt), and so z_lower, z_upper
   double z_lower = 0.0;
   double z_upper = 0.0;
 };
@@ -116,8 +117,8 @@ struct CrossCheck {
                                                 const CrossCheckSettings& settings = {});
 
 /// Lets Ipopt try to improve the maximizer's variables of a point v (n entries), without a solve.
-/// The structure of the problem has to be valid (see solve). Throws std::invalid_argument if v has
-/// another size or an option is invalid, std::runtime_error if the objective is undefined at v.
+/// The structure of the problem has to be one that solve does not refuse (InvalidProblem). Throws
+/// std::invalid_argument if v has another size or an option is invalid, std::runtime_error if the objective is undefined at v.
 [[nodiscard]] InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double>& v,
                                                     const CrossCheckSettings& settings = {});
 

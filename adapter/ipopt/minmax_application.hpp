@@ -25,8 +25,9 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// The model's methods are called in Ipopt's order, including finalize_metadata and
 /// finalize_solution. ip_data and ip_cq are null, so the get_curr_* methods of Ipopt 3.14's TNLP
 /// return false; use those of an ObservableTNLP (minmax_tnlp.hpp), GetCurrentIterate or
-/// GetCurrentViolations. As in Ipopt, finalize_solution is not called if the solve stops before its
-/// first iterate (invalid option, invalid problem, too few degrees of freedom).
+/// GetCurrentViolations. As in Ipopt, finalize_solution is not called if the solve is refused
+/// (invalid option, invalid problem, too few degrees of freedom). If the solve ends because a
+/// function is undefined at the starting point, it gets that point and NaN for everything else.
 ///
 /// A function of the model must not call OptimizeTNLP of the application that is solving this
 /// model; such a call returns Invalid_Problem_Definition. If the model releases the application
@@ -74,8 +75,9 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   Ipopt::SmartPtr<Ipopt::Journalist> Jnlst();
   Ipopt::SmartPtr<Ipopt::RegisteredOptions> RegOptions();
 
-  /// Solves a model: a MinMaxTNLP, or a plain TNLP, whose integer metadata "player" may name the
-  /// owners; without these it is a minimization.
+  /// Solves a model: a MinMaxTNLP, or a plain TNLP. The integer metadata "player" of a plain TNLP's
+  /// variables and, if wanted, constraints names owners (0 Min, 1 Max); without it all variables
+  /// are Min's, unless minmax_max_variables lists some.
   ///
   /// With minmax_starts above 1 the model is solved from that many starting points, the model's own
   /// first, and the best point is the answer (better() of core/multistart.hpp).
@@ -137,7 +139,7 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// derivatives. Bounds and functions of the model must be those of the solve. Evaluates gradient,
   /// Jacobian and Hessian once; exceptions of the model pass through.
   [[nodiscard]] std::string UpdateSensitivity(Sensitivity& sensitivity) const;
-  /// Returns the statistics of the last solve; null if it stopped before its first iterate.
+  /// Returns the statistics of the last solve; null if it was refused or ended by an exception.
   [[nodiscard]] Ipopt::SmartPtr<MinMaxStatistics> Statistics() const;
 
   /// Adds an output file. Returns false if it cannot be opened. append: whether to keep its

@@ -49,7 +49,7 @@ class MinMaxStatistics : public Ipopt::ReferencedObject {
     num_hess_evals = counts_.hessian;
   }
 
-  /// Factorizations of K and of K_yy in all, and those for one cause.
+  /// Factorizations of K and of K_yy, without those of restorations, and those for one cause.
   void NumberOfFactorizations(Ipopt::Index& of_k, Ipopt::Index& of_k_yy) const {
     of_k = counts_.factorizations_full;
     of_k_yy = counts_.factorizations_inner;

@@ -35,7 +35,8 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
 
 /// Base of models that call get_curr_iterate or get_curr_violations in intermediate_callback or
 /// finalize_solution. Ipopt 3.14's TNLP has these functions; here they also work with this
-/// library's applications and with Ipopt 3.11. If Ipopt 3.14 solves the model, Ipopt answers.
+/// library's applications, whichever Ipopt it was built with. If Ipopt itself solves the model,
+/// Ipopt 3.14 answers, and with an older Ipopt they return false.
 class ObservableTNLP : public Ipopt::TNLP {
  public:
   bool get_curr_iterate(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,

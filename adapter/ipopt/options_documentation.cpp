@@ -169,7 +169,7 @@ std::string options_markdown() {
   text +=
       "\nAccepted with a message, because they only steer Ipopt's own algorithm; `*` stands for "
       "any\n"
-      "ending, and every option that is not listed is of this kind:\n";
+      "ending, and every other option that Ipopt knows is of this kind:\n";
   text += advice_table(ignored_ipopt_option_advice());
   text +=
       "\nA `linear_solver` that only Ipopt has (`ma27`, `ma86`, `wsmp`, ...) is accepted with "

@@ -16,8 +16,8 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// What finalize_solution is told.
 [[nodiscard]] Ipopt::SolverReturn solver_return(Status status);
 
-/// Whether a solve that ends so has an iterate to report: false when it stopped before the first.
-/// As in Ipopt, finalize_solution is called only then.
+/// Whether a solve that ends so was begun: false if it was refused (invalid option or problem, too
+/// few degrees of freedom). As in Ipopt, finalize_solution is then not called.
 [[nodiscard]] bool has_iterate(Status status);
 
 /// The enumerator's name, as "Solve_Succeeded".

@@ -48,8 +48,8 @@ class TnlpProblem : public Problem {
   [[nodiscard]] bool started() const { return started_; }
 
   /// Gives the answer to the model (finalize_metadata, finalize_solution). If the result has no
-  /// vectors (an exception, functions undefined at the start), x is the last point at which first
-  /// derivatives were asked for, and multipliers and constraint values are zero, as in Ipopt.
+  /// vectors (an exception, functions undefined at the start), x is the starting point, and
+  /// multipliers and constraint values are NaN.
   void finalize(Ipopt::SolverReturn status, const Result& result);
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }

@@ -26,7 +26,8 @@ struct DerivativeEntry {
   double exact = 0.0;           ///< the model's value, 0 when missing
   double approximate = 0.0;     ///< by differences
   double relative_error = 0.0;  ///< |exact - approximate| / max(1, |approximate|)
-  /// The constraint belongs to Min and the variable to Max, yet the constraint varies with it.
+  /// The constraint belongs to Min and varies with this variable of Max, which its structure does
+  /// not say, or which minmax_robust_constraints no forbids.
   bool crosses_players = false;
 };
 
@@ -45,23 +46,24 @@ struct DerivativeReport {
   std::vector<std::string> remarks;
 };
 
-/// Compares the model's derivatives with forward differences, as Ipopt's derivative checker: at a
-/// random point within point_perturbation_radius of the starting point and within the bounds, with
-/// steps derivative_test_perturbation max(1, |v|), away from a bound or an undefined point. An
-/// entry is wrong when its relative error is at least derivative_test_tol and more than rounding
-/// explains.
+/// Compares the model's derivatives with forward differences, as Ipopt's derivative checker: first
+/// and second ones, also if options.derivative_test is None; FirstOrder and OnlySecondOrder select
+/// a part. The point is random, within point_perturbation_radius of the starting point and within
+/// the bounds. Steps are derivative_test_perturbation max(1, |v|), away from a bound or an
+/// undefined point. An entry is wrong when its relative error is at least derivative_test_tol and
+/// more than rounding explains.
 ///
 /// Rows outside the structures are compared with zero, so a nonzero that the Jacobian or the
 /// Hessian misses is found, and with it a Min constraint that varies with a Max variable. Second
 /// derivatives of f and of every g_k are tested one by one.
 [[nodiscard]] DerivativeReport test_derivatives(Problem& problem, const SolverOptions& options);
 
-/// Whether the functions of a certified game change beside the answer as the first derivatives
-/// there say, along one generic direction: a wrong sign of a slope over y, shared by second
-/// derivatives, makes a minimum over y look like a maximum, and at the stationary answer itself
-/// nothing shows it. Where they disagree the certificate is withdrawn, with a reason and in the
-/// message. For the first solve of a model, as front ends make it: five values and one gradient of
-/// all functions, counted in the result. Exceptions of the model pass through.
+/// Compares, near the answer of a certified game, first derivatives of its functions with
+/// differences along one generic direction. If they disagree, the certificate is withdrawn, with a
+/// reason and in the message: a wrong sign of a slope over y, shared by second derivatives, makes a
+/// minimum over y look like a maximum, and at the answer itself nothing shows it. Front ends call
+/// this after the first solve of a model; solve and run do not. It takes five values and one
+/// gradient of all functions, counted in the result. Exceptions of the model pass through.
 void check_first_derivatives(Problem& problem, const SolverOptions& options, Result& result);
 
 /// "Jacobian of constraint 0 (balance) of Min in variable 2 (y) of Max"; names where there are
