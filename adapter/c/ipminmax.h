@@ -226,8 +226,8 @@ enum IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double
 /* Solves a problem of the same structure again, warm started (as with warm_start_init_point yes)
  * from x and the multipliers of the last solve. user_data and IpminmaxSetBounds may have changed
  * the numbers. Orderings, symbolic factorizations, scaling and the last shifts of the Hessian are
- * kept (IpminmaxStatistics.analyses is 0). Arguments as in IpminmaxSolve, except that multipliers
- * are only outputs. Returns IPMINMAX_INVALID_PROBLEM_DEFINITION if there is no last point. */
+ * kept (IpminmaxStatistics.analyses is 0); with robust constraints, their worst cases are kept
+ * instead. Arguments as in IpminmaxSolve, except that multipliers are only outputs. Returns IPMINMAX_INVALID_PROBLEM_DEFINITION if there is no last point. */
 enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x, double *g,
                                              double *obj_val, double *mult_g, double *mult_x_L,
                                              double *mult_x_U, void *user_data);

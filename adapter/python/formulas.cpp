@@ -153,13 +153,13 @@ class Recording {
   }
 
   /// Whether constraints are better evaluated together: each by itself they repeat operations, and
-  /// each keeps a point.
+  /// each visits the inputs once.
   [[nodiscard]] bool has_much_in_common() const {
-    constexpr std::size_t kRepeated = 3, kMostKept = 1'000'000;
+    constexpr std::size_t kRepeated = 3, kMostVisits = 100'000'000;
     std::size_t operations = 0;
     for (std::size_t j = 0; j < rows(); ++j) operations += needed_[j].size();
     return operations > kRepeated * needed_.back().size() ||
-           rows() * static_cast<std::size_t>(graph_->inputs) > kMostKept;
+           rows() * static_cast<std::size_t>(graph_->inputs) > kMostVisits;
   }
 
   /// Throws if there are kinks, or second derivatives cost more than calls do.

@@ -450,6 +450,7 @@ class Program {
     find_rows();
     find_gradients();
     find_hessian();
+    gradients_ = std::vector<Gradient>();  // a model may keep a program for each row
   }
 
   [[nodiscard]] const std::vector<Operation>& operations() const { return operations_; }
@@ -519,7 +520,7 @@ class Program {
     for (std::size_t e = 0; e < work.second.size(); ++e) {
       add(values[hessian_places_[e]], 1.0, work.second[e]);
     }
-    std::fill_n(adjoint.begin(), inputs_, Lanes<L>{});
+    for (const Triplet& entry : pattern_.jacobian) adjoint[at(entry.col)] = Lanes<L>{};
   }
 
  private:
@@ -803,21 +804,37 @@ template <std::size_t L>
 class TapeOf {
  public:
   using Number = TapedLanes<L>;
+  /// What tapes of the same inputs may share: inputs, and memory that is free between calls.
+  struct Work {
+    std::vector<Number> variables;
+    Program::Arrays<L> arrays;
+  };
 
-  TapeOf(Index inputs, std::size_t outputs) : inputs_(inputs), outputs_(outputs) {}
+  TapeOf(Index inputs, std::size_t outputs, std::shared_ptr<Work> work = std::make_shared<Work>())
+      : inputs_(inputs), outputs_(outputs), work_(std::move(work)) {}
 
+  /// Sets the inputs of the next runs.
+  void set_inputs(std::span<const Lanes<L>> v) {
+    work_->variables.clear();
+    for (std::size_t i = 0; i < v.size(); ++i)
+      work_->variables.emplace_back(v[i], static_cast<Index>(i));
+  }
   /// Runs formulas(std::span<const Number> inputs, std::span<Number> outputs) at v. False: a branch
   /// differs between the points, and there are no derivatives.
   template <class Formulas>
   [[nodiscard]] bool record_at(std::span<const Lanes<L>> v, Formulas&& formulas) {
-    variables_.clear();
-    for (std::size_t i = 0; i < v.size(); ++i) variables_.emplace_back(v[i], static_cast<Index>(i));
+    set_inputs(v);
+    return run(formulas);
+  }
+  /// The same at the inputs that were set last.
+  template <class Formulas>
+  [[nodiscard]] bool run(Formulas&& formulas) {
     results_.assign(outputs_, Number());
     run_.begin(inputs_, current_ ? std::span<const Operation>(current_->operations())
                                  : std::span<const Operation>());
     {
       const Active active(run_);
-      formulas(std::span<const Number>(variables_), std::span<Number>(results_));
+      formulas(std::span<const Number>(work_->variables), std::span<Number>(results_));
     }
     if (run_.splits()) return false;
     if (!current_ || !run_.as_known() || !has_outputs_of(*current_)) find_program();
@@ -837,11 +854,11 @@ class TapeOf {
   /// Rows first, ..., last - 1 of the Jacobian into values, which is as long as the pattern and
   /// zero where the run has no entries.
   void jacobian_at(std::size_t first, std::size_t last, std::span<Lanes<L>> values) {
-    current_->template jacobian<L>(run_, results_, first, last, work_, values);
+    current_->template jacobian<L>(run_, results_, first, last, work_->arrays, values);
   }
   /// Adds the Hessian of weights' outputs.
   void hessian_at(std::span<const Lanes<L>> weights, std::span<Lanes<L>> values) {
-    current_->template hessian<L>(run_, results_, weights, work_, values);
+    current_->template hessian<L>(run_, results_, weights, work_->arrays, values);
   }
 
  private:
@@ -893,8 +910,8 @@ class TapeOf {
   std::vector<std::unique_ptr<Program>> programs_;
   Program* current_ = nullptr;
   Recording<L> run_;
-  std::vector<Number> variables_, results_;
-  Program::Arrays<L> work_;
+  std::vector<Number> results_;
+  std::shared_ptr<Work> work_;
 };
 
 /// The same at one point, in plain numbers.
@@ -905,6 +922,7 @@ class Tape : public TapeOf<1> {
   void record(std::span<const double> v, Formulas&& formulas) {
     static_cast<void>(record_at(lanes(v), formulas));
   }
+  void set_point(std::span<const double> v) { set_inputs(lanes(v)); }
   void jacobian(std::size_t first, std::size_t last, std::span<double> values) {
     jacobian_at(first, last, lanes(values));
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -81,7 +82,8 @@ class AutodiffProblem : public Problem {
     structure_.constraint_names = std::move(data.constraint_names);
     for (std::size_t j = 0; j < m; ++j) all_rows_.push_back(static_cast<Index>(j));
     if constexpr (kByRows) {
-      for (std::size_t j = 0; j <= m; ++j) parts_.push_back({{static_cast<Index>(n), 1}, j});
+      const auto work = std::make_shared<autodiff::Tape::Work>();
+      for (std::size_t j = 0; j <= m; ++j) parts_.push_back({{static_cast<Index>(n), 1, work}, j});
     } else {
       parts_.push_back({{static_cast<Index>(n), m + 1}, 0});
     }
@@ -95,7 +97,7 @@ class AutodiffProblem : public Problem {
   /// Gives access to the functions, to change numbers in them for the next solves. They must read
   /// the same variables as before.
   [[nodiscard]] Functions& functions() {
-    for (Part& part : parts_) part.point.clear();
+    point_.clear();
     return functions_;
   }
   void set_start(std::vector<double> start) {
@@ -115,7 +117,7 @@ class AutodiffProblem : public Problem {
   [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
     const std::size_t m = structure_.constraint_lower.size();
     derivatives_.assign(begin_.back(), 0.0);
-    record(part_of(m), v);
+    visit(v);
     slopes(m, derivatives_);
     std::ranges::fill(grad, 0.0);
     for (std::size_t k = 0; k < gradient_columns_.size(); ++k) {
@@ -146,11 +148,10 @@ class AutodiffProblem : public Problem {
   }
   [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
                                    std::span<double> values) override {
-    if (!kByRows && !rows.empty()) record(parts_.front(), v);
+    visit(v);
     return std::ranges::all_of(rows, [&](Index j) {
       const auto own = values.subspan(begin_[at(j)], begin_[at(j) + 1] - begin_[at(j)]);
       std::ranges::fill(own, 0.0);
-      if (kByRows) record(part_of(at(j)), v);
       slopes(at(j), values);
       return all_finite(own);
     });
@@ -161,10 +162,11 @@ class AutodiffProblem : public Problem {
     weights_.assign(lambda.begin(), lambda.end());
     weights_.push_back(sigma);
     std::ranges::fill(values, 0.0);
+    visit(v);
     for (Part& part : parts_) {
       const auto own = kByRows ? std::span(weights_).subspan(part.first, 1) : std::span(weights_);
       if (kByRows && own[0] == 0.0) continue;
-      record(part, v);
+      record(part);
       derivatives_.assign(part.hessian.size(), 0.0);
       part.tape.hessian(own, derivatives_);
       for (std::size_t e = 0; e < part.hessian.size(); ++e)
@@ -201,13 +203,20 @@ class AutodiffProblem : public Problem {
   struct Part {
     autodiff::Tape tape;
     std::size_t first = 0;
-    std::vector<double> point{};         ///< of the tape; empty: none
+    std::size_t visit = 0;               ///< number of the point that it recorded; 0: none
     std::vector<std::size_t> hessian{};  ///< where its entries stand
   };
-  void record(Part& part, std::span<const double> v) {
-    if (std::ranges::equal(v, part.point)) return;
-    part.point.clear();
-    part.tape.record(v, [&](std::span<const Taped> in, std::span<Taped> out) {
+  /// Sets the point of the next recordings.
+  void visit(std::span<const double> v) {
+    if (std::ranges::equal(v, point_) && visits_ > 0) return;
+    parts_.front().tape.set_point(v);
+    point_.assign(v.begin(), v.end());
+    ++visits_;
+  }
+  void record(Part& part) {
+    if (part.visit == visits_) return;
+    part.visit = 0;
+    static_cast<void>(part.tape.run([&](std::span<const Taped> in, std::span<Taped> out) {
       if constexpr (kByRows) {
         out[0] = part.first < all_rows_.size()
                      ? functions_.template constraint<Taped>(part.first, in)
@@ -216,16 +225,17 @@ class AutodiffProblem : public Problem {
         out.back() = functions_.template objective<Taped>(in);
         run_constraints(in, out.first(out.size() - 1));
       }
-    });
-    part.point.assign(v.begin(), v.end());
+    }));
+    part.visit = visits_;
   }
-  [[nodiscard]] Part& part_of(std::size_t output) { return parts_[kByRows ? output : 0]; }
-  /// Of one output at the point that its part recorded, to their places among those of all.
+  /// Of one output at the point, to their places among those of all.
   void slopes(std::size_t output, std::span<double> values) {
+    Part& part = parts_[kByRows ? output : 0];
+    record(part);
     if constexpr (kByRows)
-      part_of(output).tape.jacobian(0, 1, values.subspan(begin_[output]));
+      part.tape.jacobian(0, 1, values.subspan(begin_[output]));
     else
-      part_of(output).tape.jacobian(output, output + 1, values);
+      part.tape.jacobian(output, output + 1, values);
   }
 
   void find_structure() {
@@ -233,8 +243,9 @@ class AutodiffProblem : public Problem {
       return std::pair(s.col, s.row) < std::pair(t.col, t.row);
     };
     std::vector<Triplet>& all = structure_.hessian;
+    visit(start_);
     for (Part& part : parts_) {
-      record(part, start_);
+      record(part);
       const autodiff::Pattern& own = part.tape.pattern();
       all.insert(all.end(), own.hessian.begin(), own.hessian.end());
       for (const auto& [row, col] : own.jacobian)
@@ -265,6 +276,8 @@ class AutodiffProblem : public Problem {
   std::vector<double> start_;
   std::vector<Index> all_rows_;
   std::vector<Part> parts_;
+  std::vector<double> point_;            ///< of the last derivatives; empty: none
+  std::size_t visits_ = 0;               ///< points so far
   std::vector<std::size_t> begin_;       ///< of each output's slopes among those of all
   std::vector<Index> gradient_columns_;  ///< variables that the objective reads
   std::vector<double> derivatives_, weights_;

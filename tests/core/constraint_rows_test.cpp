@@ -121,5 +121,43 @@ TEST(ConstraintRows, FormulasByRowGiveWhatThoseOfAllGive) {
   for (std::size_t k = 0; k < expected.size(); ++k) EXPECT_DOUBLE_EQ(found[k], expected[k]) << k;
 }
 
+/// sum v_i^3, and v_j v_{j+1} for each pair of neighbours.
+struct Chain {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    T f = 0.0;
+    for (const T& value : v) f += value * value * value;
+    return f;
+  }
+  template <class T>
+  T constraint(std::size_t j, std::span<const T> v) const {
+    return v[j] * v[j + 1];
+  }
+};
+
+/// With memory for all variables in each row this would take gigabytes. Points alternate between
+/// calls: rows know which they have recorded.
+TEST(ConstraintRows, ThousandsTakeMemoryForWhatTheyRead) {
+  constexpr std::size_t kSize = 10'000;
+  AutodiffProblem problem(Chain{}, {.players = std::vector<Player>(kSize, Player::Min),
+                                    .start = std::vector<double>(kSize, 0.5),
+                                    .constraint_lower = std::vector<double>(kSize - 1),
+                                    .constraint_upper = std::vector<double>(kSize - 1, 1.0)});
+  EXPECT_EQ(problem.structure().hessian.size(), 2 * kSize - 1);
+  const std::vector<double> lambda(kSize - 1, 2.0);
+  std::vector<double> slopes(2 * (kSize - 1)), bends(2 * kSize - 1), one(slopes.size());
+  for (const double at : {1.0, 3.0, 1.0}) {
+    const std::vector<double> v(kSize, at), other(kSize, at + 1.0);
+    ASSERT_TRUE(problem.jacobian(v, true, slopes));
+    EXPECT_EQ(slopes.front(), at);
+    ASSERT_TRUE(problem.jacobian_rows(std::vector<Index>{7}, other, true, one));
+    EXPECT_EQ(one[14], at + 1.0);
+    ASSERT_TRUE(problem.hessian(v, true, 1.0, lambda, true, bends));
+    EXPECT_EQ(bends.front(), 6.0 * at);
+    EXPECT_EQ(bends[1], 2.0);
+    EXPECT_EQ(bends.back(), 6.0 * at);
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax

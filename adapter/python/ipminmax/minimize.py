@@ -571,11 +571,11 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
                        for every y unless they have player="max", and minmax_epigraph is on
     recourse           Recourse: fun, the constraints and their jac and hess then take (x, y, z), or (x, y, z, s), and
                        these derivatives are those in all of these arguments
-    exact              whether to replace constraints linear in y by a formula of their largest value
+    exact              whether to replace fun and constraints, if linear in y, by a formula of their largest value
 
-    Returns a MinmaxResult. Functions may raise EvaluationError if they are undefined at a point; other
-    exceptions pass through. Ctrl-C and the options max_wall_time and max_cpu_time end the solve
-    before the next call of a function; the result is then the best point reached.
+    Returns a MinmaxResult; with uncertainty a RobustResult, whose policy(y) is z. Functions may raise EvaluationError
+    if they are undefined at a point; other exceptions pass through. Ctrl-C and the options max_wall_time and
+    max_cpu_time end the solve before the next call of a function; the result is then the best point reached.
     """
     if options is not None and not isinstance(options, dict):
         raise TypeError(f"options is {options!r:.60}, not a dict")

@@ -97,7 +97,8 @@ def _lists(given: Any, name: str, ny: int) -> List[Any]:
 
 
 class Policy:
-    """The rule: policy(y) is z. Inside, y is measured from the middle of the set in half widths."""
+    """The rule, the member policy of a result: result.policy(y) is z. Inside, y is measured from the middle of the set
+    in half widths."""
 
     def __init__(self, recourse: Recourse, lower: Vector, upper: Vector) -> None:
         recourse.check()
