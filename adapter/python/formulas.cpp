@@ -7,6 +7,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -25,7 +26,7 @@ namespace ipminmax::python {
 namespace {
 
 /// Operations of one recording, beyond which a function is better called than recorded.
-constexpr std::size_t kMostOperations = 2'000'000;
+constexpr std::size_t kMostOperations = 4'000'000;
 /// Products of first derivatives that the Hessians of all functions may need.
 constexpr double kMostProducts = 3e7;
 
@@ -78,9 +79,10 @@ T apply(Kind kind, const T& a, const T& b) {
   return a;
 }
 
-/// a and b: inputs 0, ..., n - 1, then earlier operations.
+/// a and b: inputs 0, ..., n - 1, then earlier operations; -1: the constant.
 struct Operation {
   Kind kind;
+  bool is_total;  ///< defined for all finite inputs
   Index a, b;
   double constant;
   [[nodiscard]] bool is_like(const Operation& other) const {
@@ -92,6 +94,10 @@ struct Operation {
 struct Graph {
   Index inputs = 0;
   std::vector<Operation> operations{};
+
+  [[nodiscard]] const Operation* find(Index node) const {
+    return node < inputs ? nullptr : &operations[static_cast<std::size_t>(node - inputs)];
+  }
 };
 
 /// An input, or the result of an operation.
@@ -100,26 +106,71 @@ struct Formula {
   Index node = 0;
 };
 
+bool is_constant(const Formula& a) {
+  const Operation* of = a.graph->find(a.node);
+  return of != nullptr && of->kind == Kind::Constant;
+}
+double constant_of(const Formula& a) { return a.graph->find(a.node)->constant; }
+
 Formula add(const std::shared_ptr<Graph>& graph, Operation operation) {
   if (graph->operations.size() == kMostOperations) throw py::type_error("too many operations");
+  const auto total = [&](Index node) {
+    const Operation* of = graph->find(node);
+    return of == nullptr || of->is_total;
+  };
+  const double p = operation.constant;
+  switch (operation.kind) {
+    case Kind::Divide:
+    case Kind::Sqrt:
+    case Kind::Exp:
+    case Kind::Log:
+    case Kind::Tan:
+    case Kind::Asin:
+    case Kind::Acos:
+    case Kind::Sinh:
+    case Kind::Cosh:
+      break;
+    case Kind::Power:
+      operation.is_total = operation.b < 0 && p >= 0.0 && p == std::floor(p) && total(operation.a);
+      break;
+    default:
+      operation.is_total = std::isfinite(p) && total(operation.a) && total(operation.b);
+  }
   graph->operations.push_back(operation);
   return {graph, graph->inputs + static_cast<Index>(graph->operations.size()) - 1};
 }
 Formula constant(const std::shared_ptr<Graph>& graph, double value) {
-  return add(graph, {Kind::Constant, 0, 0, value});
+  return add(graph, {Kind::Constant, false, -1, -1, value});
 }
-bool is_zero(const Formula& a) {
-  if (a.node < a.graph->inputs) return false;
-  const Operation& of = a.graph->operations[static_cast<std::size_t>(a.node - a.graph->inputs)];
-  return of.kind == Kind::Constant && of.constant == 0.0;
+/// With a number as second operand, or as first one. Zeros of a matrix leave nothing in the
+/// pattern, unless what they multiply may be undefined.
+Formula record(Kind kind, const Formula& a, double b, bool reflected = false) {
+  if (is_constant(a)) {
+    const Plain own = constant_of(a);
+    return constant(a.graph,
+                    (reflected ? apply(kind, Plain(b), own) : apply(kind, own, Plain(b))).value());
+  }
+  const Operation* of = a.graph->find(a.node);
+  if (kind == Kind::Multiply && b == 0.0 && (of == nullptr || of->is_total))
+    return constant(a.graph, 0.0);
+  return add(a.graph, {kind, false, reflected ? -1 : a.node, reflected ? a.node : -1, b});
 }
-/// Zeros of a matrix leave nothing in the pattern.
 Formula record(Kind kind, const Formula& a, const Formula& b) {
   if (a.graph != b.graph) throw py::type_error("a number of another recording");
-  if (kind == Kind::Multiply && (is_zero(a) || is_zero(b))) return constant(a.graph, 0.0);
-  if (kind == Kind::Add && is_zero(a)) return b;
-  if ((kind == Kind::Add || kind == Kind::Subtract) && is_zero(b)) return a;
-  return add(a.graph, {kind, a.node, b.node, 0.0});
+  const bool first = is_constant(a), second = is_constant(b);
+  if (kind == Kind::Add && first && constant_of(a) == 0.0) return b;
+  if (kind == Kind::Add && second && constant_of(b) == 0.0) return a;
+  if (first) return record(kind, b, constant_of(a), true);
+  if (second) return record(kind, a, constant_of(b));
+  return add(a.graph, {kind, false, a.node, b.node, 0.0});
+}
+/// A function of one number.
+Formula record(Kind kind, const Formula& a) {
+  if (is_constant(a)) {
+    const Plain own = constant_of(a);
+    return constant(a.graph, apply(kind, own, own).value());
+  }
+  return add(a.graph, {kind, false, a.node, a.node, 0.0});
 }
 
 }  // namespace
@@ -140,6 +191,7 @@ class Recording {
     needed_.back() = needed_for({outputs_.data(), rows.size()}, rows.size() + 1, seen);
   }
 
+  [[nodiscard]] std::size_t inputs() const { return static_cast<std::size_t>(graph_->inputs); }
   [[nodiscard]] std::size_t rows() const { return outputs_.size() - 1; }
   /// Has the same operations, with other numbers in them; false: they are others.
   [[nodiscard]] bool update(const Recording& again) {
@@ -158,8 +210,7 @@ class Recording {
     constexpr std::size_t kRepeated = 3, kMostVisits = 100'000'000;
     std::size_t operations = 0;
     for (std::size_t j = 0; j < rows(); ++j) operations += needed_[j].size();
-    return operations > kRepeated * needed_.back().size() ||
-           rows() * static_cast<std::size_t>(graph_->inputs) > kMostVisits;
+    return operations > kRepeated * needed_.back().size() || rows() * inputs() > kMostVisits;
   }
 
   /// Throws if there are kinks, or second derivatives cost more than calls do.
@@ -212,10 +263,11 @@ class Recording {
       want(operation(k).b);
     }
     const auto of = [&](Index node) {
+      if (node < 0) return std::vector<Index>{};
       return node < graph_->inputs ? std::vector{node} : reads[at(node)];
     };
     for (const Index k : set) {
-      const auto& [kind, a, b, value] = operation(k);
+      const auto& [kind, is_total, a, b, value] = operation(k);
       if (kind == Kind::Constant || (is_linear(kind) && !wanted[static_cast<std::size_t>(k)]))
         continue;
       const std::vector<Index> of_a = of(a), of_b = of(b);
@@ -232,6 +284,9 @@ class Recording {
   /// of their number.
   void balance_sums() {
     const std::vector<Operation> given = std::exchange(graph_->operations, {});
+    const auto is_sum = [](const Operation& one) {
+      return one.kind == Kind::Add && one.a >= 0 && one.b >= 0;
+    };
     std::vector<Index> uses(given.size()), of_sums(given.size());
     const auto use = [&](Index node, bool by_sum) {
       if (node < graph_->inputs) return;
@@ -239,13 +294,12 @@ class Recording {
       of_sums[at(node)] += by_sum ? 1 : 0;
     };
     for (const Operation& operation : given) {
-      if (operation.kind == Kind::Constant) continue;
-      use(operation.a, operation.kind == Kind::Add);
-      use(operation.b, operation.kind == Kind::Add);
+      use(operation.a, is_sum(operation));
+      use(operation.b, is_sum(operation));
     }
     for (const Index output : outputs_) use(output, false);
     const auto is_part = [&](Index node) {
-      return node >= graph_->inputs && given[at(node)].kind == Kind::Add && uses[at(node)] == 1 &&
+      return node >= graph_->inputs && is_sum(given[at(node)]) && uses[at(node)] == 1 &&
              of_sums[at(node)] == 1;
     };
     std::vector<Index> places(given.size());
@@ -257,14 +311,13 @@ class Recording {
     std::vector<Index> open, terms, sums;
     for (std::size_t k = 0; k < given.size(); ++k) {
       Operation operation = given[k];
-      if (operation.kind != Kind::Add) {
-        if (operation.kind != Kind::Constant) {
-          operation.a = place(operation.a);
-          operation.b = place(operation.b);
-        }
+      if (!is_sum(operation)) {
+        operation.a = place(operation.a);
+        operation.b = place(operation.b);
         places[k] = add_last(operation);
+        continue;
       }
-      if (operation.kind != Kind::Add || is_part(graph_->inputs + static_cast<Index>(k))) continue;
+      if (is_part(graph_->inputs + static_cast<Index>(k))) continue;
       terms.clear();
       open = {operation.b, operation.a};
       while (!open.empty()) {
@@ -280,7 +333,7 @@ class Recording {
       for (; terms.size() > 1; std::swap(terms, sums)) {
         sums.clear();
         for (std::size_t i = 0; i + 1 < terms.size(); i += 2)
-          sums.push_back(add_last({Kind::Add, terms[i], terms[i + 1], 0.0}));
+          sums.push_back(add_last({Kind::Add, true, terms[i], terms[i + 1], 0.0}));
         if (terms.size() % 2 == 1) sums.push_back(terms.back());
       }
       places[k] = terms.front();
@@ -329,9 +382,14 @@ class Recording {
     results.resize(graph_->operations.size());
     const Values<T> values{v, results};
     for (const Index k : needed_[set]) {
-      const auto& [kind, a, b, constant] = operation(k);
-      results[static_cast<std::size_t>(k)] =
-          kind == Kind::Constant ? T(constant) : apply(kind, values[a], values[b]);
+      const auto& [kind, is_total, a, b, constant] = operation(k);
+      T& result = results[static_cast<std::size_t>(k)];
+      if (a >= 0 && b >= 0)
+        result = apply(kind, values[a], values[b]);
+      else if (kind == Kind::Constant)
+        result = T(constant);
+      else
+        result = a >= 0 ? apply(kind, values[a], T(constant)) : apply(kind, T(constant), values[b]);
     }
     return values;
   }
@@ -380,6 +438,7 @@ class Formulas {
 
   Formulas(const Array& start, std::shared_ptr<Recording> recording)
       : recording_(std::move(recording)) {
+    if (!recording_ || size(start) != recording_->inputs()) throw py::value_error("size of start");
     const std::size_t m = recording_->rows();
     const bool together = recording_->has_much_in_common();
     recording_->require_derivatives(!together);
@@ -419,8 +478,9 @@ class Formulas {
                   [&](auto out) { (void)problem_->jacobian(read(v), true, out); });
   }
   Numbers hessian(const Array& v, const Array& lambda, double sigma) {
+    if (size(lambda) != recording_->rows()) throw py::value_error("size of the multipliers");
     return filled(structure().hessian.size(), [&](auto out) {
-      (void)problem_->hessian(read(v), true, sigma, read(lambda), true, out);
+      (void)problem_->hessian(read(v), true, sigma, {lambda.data(), size(lambda)}, true, out);
     });
   }
   Numbers constraint_rows(const Array& v, const IntArray& rows) {
@@ -448,8 +508,16 @@ class Formulas {
   static std::size_t size(const A& array) {
     return static_cast<std::size_t>(array.size());
   }
-  static std::span<const double> read(const Array& v) { return {v.data(), size(v)}; }
-  static std::span<const int> indices(const IntArray& rows) { return {rows.data(), size(rows)}; }
+  [[nodiscard]] std::span<const double> read(const Array& v) const {
+    if (size(v) != recording_->inputs()) throw py::value_error("size of v");
+    return {v.data(), size(v)};
+  }
+  [[nodiscard]] std::span<const int> indices(const IntArray& rows) const {
+    for (const int row : std::span(rows.data(), size(rows))) {
+      if (row < 0 || at(row) >= recording_->rows()) throw py::value_error("a row out of range");
+    }
+    return {rows.data(), size(rows)};
+  }
   template <class Fill>
   static Numbers filled(std::size_t count, Fill fill) {
     Numbers found(static_cast<py::ssize_t>(count));
@@ -525,12 +593,8 @@ void RecordedBoxes::constraints_over(std::span<const IntervalJet> v,
 void add_formulas(py::module_& module) {
   py::class_<Formula> number(module, "Formula", "A number that remembers how it was computed.");
   const auto operation = [&](const char* name, const char* reflected, Kind kind) {
-    const auto with = [kind](const Formula& a, double b) {
-      return record(kind, a, constant(a.graph, b));
-    };
-    const auto of = [kind](const Formula& b, double a) {
-      return record(kind, constant(b.graph, a), b);
-    };
+    const auto with = [kind](const Formula& a, double b) { return record(kind, a, b); };
+    const auto of = [kind](const Formula& b, double a) { return record(kind, b, a, true); };
     const auto both = [kind](const Formula& a, const Formula& b) { return record(kind, a, b); };
     number.def(name, both, py::is_operator()).def(name, with, py::is_operator());
     if (reflected != nullptr) number.def(reflected, of, py::is_operator());
@@ -544,15 +608,20 @@ void add_formulas(py::module_& module) {
   operation("hypot", nullptr, Kind::Hypot);
   const auto method = [&](const char* name, auto function) { number.def(name, function); };
 #define METHOD(kind, function, name) \
-  method(name, [](const Formula& a) { return record(Kind::kind, a, a); });
+  method(name, [](const Formula& a) { return record(Kind::kind, a); });
   FUNCTIONS_OF_ONE(METHOD)
 #undef METHOD
-  method("fabs", [](const Formula& a) { return record(Kind::Abs, a, a); });
-  method("__neg__",
-         [](const Formula& a) { return record(Kind::Multiply, a, constant(a.graph, -1.0)); });
-  method("expm1", [](const Formula& a) {
-    return record(Kind::Subtract, record(Kind::Exp, a, a), constant(a.graph, 1.0));
-  });
+  method("fabs", [](const Formula& a) { return record(Kind::Abs, a); });
+  method("__neg__", [](const Formula& a) { return record(Kind::Multiply, a, -1.0); });
+  method("expm1",
+         [](const Formula& a) { return record(Kind::Subtract, record(Kind::Exp, a), 1.0); });
+  method("exp2", [](const Formula& a) { return record(Kind::Power, a, 2.0, true); });
+  method("log1p", [](const Formula& a) { return record(Kind::Log, record(Kind::Add, a, 1.0)); });
+  for (const auto& [name, base] : {std::pair{"log10", 10.0}, {"log2", 2.0}}) {
+    method(name, [base = base](const Formula& a) {
+      return record(Kind::Divide, record(Kind::Log, a), std::log(base));
+    });
+  }
   for (const char* name : {"__pos__", "conjugate"})
     method(name, [](const Formula& a) { return a; });
   for (const char* name :

@@ -45,7 +45,8 @@ class Derivatives(unittest.TestCase):
 
     def test_each_operation(self):
         ones = (np.sqrt, np.exp, np.log, np.sin, np.cos, np.tan, np.arcsin, np.arccos, np.arctan, np.sinh, np.cosh,
-                np.tanh, np.square, np.negative, np.conjugate, lambda a: a ** 3, lambda a: a ** -1.5, lambda a: 2.0 ** a,
+                np.tanh, np.log1p, np.log10, np.log2, np.exp2, np.expm1, np.square, np.negative,
+                np.conjugate, lambda a: a ** 3, lambda a: a ** -1.5, lambda a: 2.0 ** a,
                 lambda a: 3.0 / a, lambda a: 1.0 - a, lambda a: np.float64(2.0) * a + 1)
         for k, one in enumerate(ones):
             with self.subTest(k):
@@ -55,8 +56,19 @@ class Derivatives(unittest.TestCase):
     def test_operations_of_arrays(self):
         matrix = np.random.default_rng(1).standard_normal((4, 4))
         self.check(lambda v: v @ matrix @ v + np.sum(v * v) + np.mean(v) * np.prod(v) + np.linalg.norm(v),
-                   lambda v: np.concatenate([matrix @ v, np.cumsum(np.diff(v) ** 2), [np.dot(v, v), v[0] / v[1] ** v[2]]]),
+                   lambda v: np.concatenate([matrix @ v, np.cumsum(np.diff(v) ** 2),
+                                             [np.dot(v, v), v[0] / v[1] ** v[2]]]),
                    np.array([0.3, 0.7, 0.9, 1.3]))
+
+    def test_wrong_sizes_are_told(self):
+        v = np.ones(3)
+        found = record(lambda v: v[0] * v[1], lambda v: [v[2] ** 2, v[0]], v)
+        for wrong in (lambda: found.objective(v[:2]), lambda: found.constraint_rows(v, [2]),
+                      lambda: found.jacobian_rows(v, [-1]),
+                      lambda: found.hessian(v, v, 1.0), lambda: _core.Formulas(v[:2], _core.Recording(
+                          _core.inputs(3)[0], [], 0.0)), lambda: _core.Formulas(v, None)):
+            with self.assertRaises((ValueError, TypeError)):
+                wrong()
 
     def test_rows_that_have_most_in_common(self):
         """States of a simulation: the last row needs all operations of the others."""
@@ -126,7 +138,8 @@ class Solves(unittest.TestCase):
             from scipy.optimize import NonlinearConstraint
         except ImportError:
             self.skipTest("no SciPy")
-        result = minimize_minmax(game, [0.5], [0.2], constraints=NonlinearConstraint(lambda x, y: x[0] ** 2, -1.0, 0.25))
+        result = minimize_minmax(game, [0.5], [0.2], constraints=NonlinearConstraint(
+            lambda x, y: x[0] ** 2, -1.0, 0.25))
         self.assertEqual(result.derivatives, "formulas")
         np.testing.assert_allclose([*result.x, *result.y], [0.5, 0.25], atol=1e-6)
 
@@ -140,7 +153,8 @@ class Solves(unittest.TestCase):
             return (x[0] - 8.0) ** 2 + (2.0 * x[0] ** 2 if far else 0.0) + x[0] * y[0] / 4.0 - y[0] ** 2
 
         result = minimize_minmax(fun, [0.0], [0.3], bounds_x=(-5.0, 20.0))
-        self.assertIn("solved again without it", result.message)
+        self.assertIn("fun is not the formula that was recorded at the start: solved again without formulas",
+                      result.message)
         self.assertNotEqual(result.derivatives, "formulas")
         self.assertAlmostEqual(result.fun, fun(result.x, result.y), delta=1e-12)
 
@@ -152,9 +166,74 @@ class Solves(unittest.TestCase):
         data["at"] = 2.0
         v, info = result.problem.solve_again([0.8, 0.4])
         np.testing.assert_allclose(v, [1.6, 0.8], atol=1e-6)
-        data["rows"] = 3
-        with self.assertRaisesRegex(ValueError, "does other operations"):
-            result.problem.solve_again([0.8, 0.4])
+        data["rows"] = 18  # 18 x <= 9
+        for _ in range(2):
+            v, info = result.problem.solve_again([0.8, 0.4])
+            np.testing.assert_allclose(v, [0.5, 0.25], atol=1e-6)
+            self.assertTrue(info["certificate"].is_local_minmax)
+
+    def test_zeros_come_and_go(self):
+        """As where the reference of a controller passes through zero."""
+        data = np.array([0.0, 0.0])
+        result = minimize_minmax(lambda x, y: ((x[0] - data[0]) ** 2 + data[1] * x[1] ** 4 + x[1] ** 2
+                                               + x[0] * y[0] - y[0] ** 2),
+                                 [0.5, 0.1], [0.2], options={"max_wall_time": 100.0})
+        for data[:] in ([1.0, 0.0], [0.0, 0.0], [1.0, 2.0], [2.0, 0.0]):
+            v, info = result.problem.solve_again([0.8, 0.0, 0.4])
+            np.testing.assert_allclose(v, [0.8 * data[0], 0.0, 0.4 * data[0]], atol=1e-5)
+            self.assertEqual(info["status"], 0)
+
+    def test_a_function_that_does_something_else_each_time(self):
+        """Of numbers as objects it cannot be recorded twice."""
+        calls = [0]
+
+        def fun(x, y):
+            calls[0] += 1
+            return game(x, y) + (0.0 * x[0] if calls[0] % 2 else 0.0)
+
+        result = minimize_minmax(fun, [0.5], [0.2])
+        np.testing.assert_allclose([*result.x, *result.y], [0.8, 0.4], atol=1e-6)
+        for _ in range(3):
+            np.testing.assert_allclose(result.problem.solve_again([0.5, 0.2])[0], [0.8, 0.4], atol=1e-6)
+
+    def test_undefined_beside_a_factor_of_zero(self):
+        """f is NaN where x <= 0, whatever its weight."""
+        weights = np.array([0.0, 1.0])
+        for own in (lambda x, y: weights @ [np.log(x[0]), (x[0] + 2.0) ** 2] - y[0] ** 2,
+                    lambda x, y: 0.0 * np.log(x[0]) + (x[0] + 2.0) ** 2 - y[0] ** 2):
+            result = minimize_minmax(own, [1.0], [0.5], bounds_y=(-1.0, 1.0))
+            self.assertFalse(result.success and not np.isfinite(own(result.x, result.y)), result)
+            self.assertFalse(result.certificate.is_local_minmax and result.x[0] <= 0.0)
+
+    def test_a_change_on_the_way_is_found_beside_a_large_start(self):
+        data = [0.0]
+
+        def change(x, y):
+            data[0] = 5.0
+
+        result = minimize_minmax(lambda x, y: (x[0] - data[0]) ** 2 + np.cosh(x[1]) - y[0] ** 2, [1.0, 30.0], [0.3],
+                                 callback=change)
+        np.testing.assert_allclose(result.x, [5.0, 0.0], atol=1e-5)
+
+    def test_nothing_is_proved_of_a_formula_that_is_not_the_function(self):
+        def hidden(x, y):
+            try:
+                more = max(0.0, y[0] - 1.0)
+            except TypeError:
+                more = 0.0
+            return x[0] ** 2 + more * (3.0 + y[0]) ** 2 - y[0] ** 2 * 0.01
+
+        for options in ({"minmax_worst_case_proof": True}, {"minmax_worst_case_starts": 5}):
+            result = minimize_minmax(hidden, [0.5], [0.1], bounds_x=(-1.0, 1.0), bounds_y=(-1.0, 3.0), options=options)
+            worst = max(hidden(result.x, [y]) for y in np.linspace(-1.0, 3.0, 401))
+            self.assertFalse(result.success and result.fun < worst - 1e-3, result.message)
+
+    def test_the_gap_is_that_of_the_present_numbers(self):
+        data = [0.0]
+        result = minimize_minmax(lambda x, y: (x[0] - data[0]) ** 2 - y[0] ** 2, [0.5], [0.3])
+        self.assertAlmostEqual(result.gap, 0.0, delta=1e-8)
+        data[0] = 4.0
+        self.assertAlmostEqual(result.gap, 16.0, delta=1e-6)
 
     def test_zeros_of_a_matrix_read_nothing(self):
         """So the row is Min's."""
@@ -166,13 +245,13 @@ class Solves(unittest.TestCase):
 
     def test_too_large_for_a_formula(self):
         """Of v'A v with a dense matrix there are more operations than are recorded."""
-        matrix = np.ones((1100, 1100))
+        matrix = np.ones((2100, 2100))
 
         def fun(x, y):
             v = np.concatenate([x, y])
             return v @ matrix @ v - 2.0 * y @ y
 
-        v = np.array(_core.inputs(1100), dtype=object)
+        v = np.array(_core.inputs(2100), dtype=object)
         with self.assertRaisesRegex(TypeError, "too many operations"):
             fun(v[:300], v[300:])
 

@@ -78,7 +78,11 @@ class _Game:
         self.jac: Optional[Callable[[Vector], Any]] = None
         self.derivatives: Dict[str, Derivative] = {}
         self.recorded: Optional[Recorded] = None
-        self.recorded_fail = False  #: at the answer
+        self.not_recorded = ""  #: a function that was another one at the answer
+        self.solves = 0
+        self.anew: Any = None  #: makes game and problem anew
+        self.options: Dict[str, Any] = {}
+        self.problem: Any = None  #: returns the problem
 
     def split(self, v: Any) -> Tuple[Any, Any]:
         return v[:self.nx], v[self.nx:]
@@ -117,6 +121,8 @@ class _Game:
             self.objective(self.v0)  # tells what is wrong with fun
             for row in rows:
                 row.size = self.real_row_values(row, self.v0).size
+                if row.size == 0:
+                    raise ValueError(f"fun of {row.name} returned no values")
             self.rows, self.places = rows, [(row, k) for row in rows for k in range(row.size)]
             self.recorded = recorded(self, rows)
         self.given = False
@@ -145,6 +151,27 @@ class _Game:
             found = Derivative(self.value, self.v0, self.box, method)
             self.derivatives["fun"] = found
             self.jac = lambda v: found(v).ravel()
+
+    def begin(self, problem: Problem) -> None:
+        """Before each solve: what is recorded has numbers that may have changed since the last one."""
+        self.solves += 1
+        if self.solves == 1:
+            return
+        self.clock = _Clock({})
+        if self.recorded is not None and not self.recorded.update():  # other operations
+            problem.take(self.anew())
+            problem._game.solves = self.solves
+            return
+        self.clock = _Clock(self.options)
+        for name in {"max_wall_time", "max_cpu_time"} & set(self.options):
+            problem.add_option(name, self.options[name])
+
+    def end(self, info: Dict[str, Any]) -> None:
+        """After each solve but the first, which is checked elsewhere."""
+        if self.recorded is not None and self.solves > 1 and np.all(np.isfinite(info["x"])):
+            wrong = self.recorded.differs_at(info["x"])
+            if wrong:
+                refute(info, f"{wrong} is not the formula that was recorded before the solve")
 
     def _timed(self, function: Callable[..., Any], v: Vector, *more: Any) -> Any:
         self.clock.check()
@@ -380,9 +407,12 @@ def _start(values: Any, name: str) -> Vector:
 
 def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]) -> Problem:
     source = game if game.recorded is None else game.recorded.formulas
+    proves = (options.get("minmax_worst_case_proof", "no") in (True, "yes")
+              or options.get("minmax_certificate") == "proved")
     functions = types.SimpleNamespace(objective_over=game.objective_over, constraints_over=game.constraints_over, **{
-        name: getattr(source, name) for name in ("objective", "gradient", "constraints", "jacobian",
-                                                 "jacobianstructure", "constraint_rows", "jacobian_rows")},
+        name: getattr(source, name) for name in ("gradient", "jacobian", "jacobianstructure", "jacobian_rows")}, **{
+        # A proof compares its bounds with values that are not of the same formulas.
+        name: getattr(game if proves else source, name) for name in ("objective", "constraints", "constraint_rows")},
         **(game.set_hessian(hess, hess_pattern) if game.recorded is None else
            {name: getattr(source, name) for name in ("hessian", "hessianstructure")}))
     sides = [row.bounds(row.size) for row in game.rows]
@@ -390,7 +420,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
         if not callable(callback):
             raise TypeError(f"callback is {callback!r:.60}, not a function")
         def intermediate(*_: Any) -> bool:
-            iterate = of().get_current_iterate()  # type: ignore[union-attr]
+            iterate = game.problem().get_current_iterate()
             if iterate is None:  # of a maximization over y at a held x
                 return True
             try:
@@ -401,17 +431,16 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
         functions.intermediate = intermediate
     if options.pop("progress", False):
         functions.intermediate = game.progress = Progress(
-            getattr(functions, "intermediate", None), lambda: of().get_current_iterate())  # type: ignore[union-attr]
+            getattr(functions, "intermediate", None), lambda: game.problem().get_current_iterate())
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
     names = [row.name if row.size == 1 else f"{row.name}[{k}]" for row, k in game.places]
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower, game.box.upper,
                       np.concatenate([s[0] for s in sides]) if sides else None,
                       np.concatenate([s[1] for s in sides]) if sides else None,
                       players, game.owners(), game.names, names)
-    of = weakref.ref(problem)
+    game.problem = weakref.ref(problem)
     problem.check_derivatives = False  # here it is done for one function after the other
-    if game.recorded is not None:
-        problem._before_solve = game.recorded.update
+    problem._game = game
     if not options.pop("disp", False):
         asked = str(options.get("derivative_test", "none")) != "none"  # what it finds is printed
         problem.add_option("print_level", 3 if asked else 0)
@@ -452,7 +481,8 @@ def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Ve
         solved = info["status"] in (0, 1)
         places = [v] + [point["x"] for point in info["points"]] + ([] if solved else game.complex_steps_on_the_way())
         if game.recorded is not None:
-            game.recorded_fail = not all(map(game.recorded.holds_around, places))
+            cases = [case["x"] for case in [info["worst_case"] or {"x": None}] + info["proofs"] + info["worst_cases"]]
+            game.not_recorded = game.recorded.differs_at(v, places[1:] + [at for at in cases if at is not None][:8])
             return v, info
         failed = [name for at in places for name in game.complex_steps_fail(at)]
         if failed:
@@ -472,6 +502,11 @@ def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Ve
     except KeyboardInterrupt:
         info["interrupted"] = True
         game.notes.append("Ctrl-C before derivatives were checked at the answer")
+    if game.recorded is not None:
+        game.clock = _Clock({})
+        wrong = game.recorded.differs_at_last(v)
+        if wrong:
+            refute(info, f"{wrong} is not the formula that was recorded at the start")
     return v, info
 
 
@@ -510,7 +545,8 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
         message.append("another y is worse at this x" + (
             f": fun = {worst['value']:.9g} there" if worst["value"] is not None else ""))
     statistics = info["statistics"]
-    return MinmaxResult(x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, info["obj_val"]),
+    value = info["obj_val"] if game.recorded is None else np.nan  # of fun, not of its formula
+    return MinmaxResult(x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, value),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
         message="\n".join(message + game.notes + game.note_about_calls() + (game.note_about_owners() if problem else [])), certificate=info["certificate"], worst_case=worst,
         worst_cases=[worst_case(found) for found in info["worst_cases"]],
@@ -598,24 +634,36 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
     box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]), v0)
     rows = [read_constraint(c, f"constraints[{k}]", start_x.size, start_y.size)
             for k, c in enumerate(_listed(constraints))]
-    game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
-    for names, place, name in ((names_x, slice(0, start_x.size), "names_x"),
-                               (names_y, slice(start_x.size, None), "names_y")):
-        if names is not None:
-            if len(names) != len(game.names[place]):
-                raise ValueError(f"{name} has {len(names)} entries, not {len(game.names[place])}")
-            game.names[place] = game.given_names[name[-1]] = [str(n) for n in names]
+    given = {letter: [str(n) for n in names] for letter, names in (("x", names_x), ("y", names_y)) if names is not None}
+    for letter, size in (("x", start_x.size), ("y", start_y.size)):
+        if len(given.get(letter, [None] * size)) != size:
+            raise ValueError(f"names_{letter} has {len(given[letter])} entries, not {size}")
+
+    def new_game() -> _Game:
+        game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
+        game.options, game.given_names = options, dict(given)
+        game.names = given.get("x", game.names[:game.nx]) + given.get("y", game.names[game.nx:])
+        return game
+
+    def new_problem() -> Problem:
+        again = new_game()
+        again.set_functions(jac, rows, hess_pattern is None and (hess is None or hasattr(fun, "is_ours")))
+        again.anew = new_problem
+        return _problem(again, hess, hess_pattern, callback, dict(options))
+
+    game = new_game()
+    game.anew = new_problem
     problem = None
     try:
         for may_record in (hess_pattern is None and (hess is None or hasattr(fun, "is_ours")), False):
             game.set_functions(jac, rows, may_record)
             problem = _problem(game, hess, hess_pattern, callback, dict(options))
             v, info = _checked(game, problem, v0, check_derivatives)
-            if not game.recorded_fail:
+            if not game.not_recorded:
                 break
-            game.recorded, game.recorded_fail = None, False
-            game.notes.append("fun or a constraint is not the formula that was recorded at the start: solved again "
-                              "without it")
+            game.notes.append(f"{game.not_recorded} is not the formula that was recorded at the start: solved again "
+                              "without formulas")
+            game.recorded, game.not_recorded, game.solves = None, "", 0
     except LimitReached:
         v, info = _late(game, v0)
     finally:

@@ -3,6 +3,7 @@
 import operator
 import sys
 import warnings
+import weakref
 from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
@@ -177,7 +178,7 @@ class Problem:
     """
 
     check_derivatives: bool = True
-    _before_solve: Any = None  #: called before each solve
+    _game: Any = None  #: where the functions are those of minimize_minmax: told of each solve
     _solving = False  #: from the first call of a user's function to the last
 
     def __init__(self, n: int, m: int, problem_obj: Any = None, lb: Any = None, ub: Any = None,
@@ -214,7 +215,7 @@ class Problem:
         owners = constraint_players
         self.n, self.m = n, m
         self._players = to_players(players, n, "players")
-        self._methods = methods
+        self._methods, self._options = methods, {}  # type: Dict[str, Any], Dict[str, Any]
         self._jacobian_places = jac
         self._bounds = [to_bounds(lb, n, -1e20, "lb"), to_bounds(ub, n, 1e20, "ub"),
                         to_bounds(cl, m, -1e20, "cl"), to_bounds(cu, m, 1e20, "cu")]
@@ -257,6 +258,7 @@ class Problem:
         if isinstance(value, (bool, np.bool_)):
             value = "yes" if value else "no"
         self._core.add_option(keyword, value)
+        self._options[keyword] = value
 
     def set_problem_scaling(self, obj_scaling: float = 1.0, x_scaling: Any = None,
                             g_scaling: Any = None) -> None:
@@ -314,12 +316,12 @@ class Problem:
 
     def _solve(self, x: Any, lagrange: Any, zl: Any, zu: Any, again: bool
                ) -> Tuple[Vector, Dict[str, Any]]:
-        core = self._core
+        self._core  # raises if it is closed
         given = [to_floats(a, name).ravel() for a, name in
                  ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
         if given[0].size != self.n:
             raise ValueError(f"x must have {self.n} entries, not {given[0].size}")
-        return self._alone(lambda: self._solve_from(core, given, again))
+        return self._alone(lambda: self._solve_from(given, again))
 
     def _alone(self, solve: Any) -> Any:
         """What a solve returns that is not called inside another one."""
@@ -331,11 +333,21 @@ class Problem:
         finally:
             self._solving = False
 
-    def _solve_from(self, core: Any, given: List[Vector], again: bool) -> Tuple[Vector, Dict[str, Any]]:
-        interrupted = False
+    def take(self, other: "Problem") -> None:
+        """Solves another problem from now on, with the bounds and options of this one."""
+        self._solver, self._methods, self._jacobian_places = other._solver, other._methods, other._jacobian_places
+        self._game, other._solver = other._game, None
+        self._game.problem = weakref.ref(self)
+        self._core.set_bounds(*self._bounds)
+        for keyword, value in self._options.items():
+            self._core.add_option(keyword, value)
+
+    def _solve_from(self, given: List[Vector], again: bool) -> Tuple[Vector, Dict[str, Any]]:
+        interrupted, core = False, self._core
+        if self._game is not None:
+            self._game.begin(self)
+            again, core = again and core is self._core, self._core
         try:
-            if self._before_solve is not None:
-                self._before_solve()
             wrong = self._wrong_derivative(given[0], given[0])
             if wrong is not None:
                 warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=4)
@@ -356,6 +368,8 @@ class Problem:
         info["statements"] = core.statements() or [info["status_msg"]]
         info["statistics"] = core.statistics() or {"iterations": info["iterations"]}
         info["derivative_error"] = None
+        if self._game is not None:
+            self._game.end(info)
         if info["status"] in _SUCCESS:
             try:
                 wrong = self._wrong_derivative(info["x"], given[0])
@@ -394,8 +408,14 @@ class Problem:
         all variables of both players, perhaps one of several. ValueError says why there is none: a constraint that is not linear or reads variables
         of both players, an objective that is not convex in the minimizer's variables and concave in
         the maximizer's, as far as second derivatives show, a solve that failed."""
-        core, point = self._core, to_floats(v, "v").ravel()
-        most, least = self._alone(lambda: core.gap(point))
+        self._core  # raises if it is closed
+        point = to_floats(v, "v").ravel()
+
+        def find() -> Any:
+            if self._game is not None:
+                self._game.begin(self)
+            return self._core.gap(point)
+        most, least = self._alone(find)
         return float(most - least)
 
     def get_current_iterate(self) -> Optional[Dict[str, Any]]:

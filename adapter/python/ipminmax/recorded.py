@@ -1,7 +1,7 @@
 """Functions without derivatives as formulas: called once with numbers that remember what is computed."""
 
 import types
-from typing import Any, List, Optional, Tuple
+from typing import Any, Iterable, List, Optional, Tuple
 
 import numpy as np
 
@@ -9,10 +9,12 @@ from . import _core
 from .differences import Vector, _values
 from .problem import recording
 
-#: Difference between a function and its formula, over the largest value seen, that is no rounding.
+#: Difference between a function and its formula, over the largest value near a point, that is no rounding.
 _OTHER = 1e-8
-#: Moves from a point to those at which they are compared, too, over the lengths; less where undefined.
+#: Moves from a point to those at which they are compared, too, over the lengths.
 _MOVES = (0.1, 1e-3)
+#: Points of the whole box at which they are compared, too.
+_FAR = 8
 
 
 class Recorded:
@@ -22,10 +24,9 @@ class Recorded:
     def __init__(self, game: Any, rows: List[Any]) -> None:
         self._game, self._rows = game, rows
         self.formulas = _core.Formulas(game.v0, self._recording())
-        self._sizes = np.zeros(1 + sum(row.size for row in rows))
         self._random = np.random.default_rng(20240229)
         slopes = np.r_[self.formulas.gradient(game.v0), self.formulas.jacobian(game.v0)]
-        if not (self.holds_around(game.v0) and np.all(np.isfinite(slopes))):  # those of a norm at 0 are not
+        if self.differs_at(game.v0) or not np.all(np.isfinite(slopes)):  # those of a norm at 0 are not
             raise TypeError("the formulas are not the functions")
         of_row, cols = self.formulas.jacobianstructure()
         first = 0
@@ -34,35 +35,56 @@ class Recorded:
             row.pattern = types.SimpleNamespace(rows=of_row[own] - first, cols=cols[own])
             first += row.size
 
-    def holds_around(self, v: Vector) -> bool:
-        """Whether functions and formulas agree at v and at two points near it, where both are defined. Values are
-        compared beside the largest one seen: an equation's is rounding at a solution."""
-        pairs = [self._both(v)]
-        for share in _MOVES:
-            found = None
-            while found is None and share > 1e-6:
-                found, share = self._both(self._game.box.moved(v, self._random, share)), 0.25 * share
-            pairs.append(found)
-        defined = [pair for pair in pairs if pair is not None]
-        for values, _ in defined:
-            self._sizes = np.maximum(self._sizes, np.abs(values))
-        return all(bool(np.all(np.abs(a - b) <= _OTHER * self._sizes)) for a, b in defined)
+    def differs_at(self, v: Vector, others: Iterable[Vector] = ()) -> str:
+        """Which function, if one, is not its formula: at v, near it, in the whole box of y, or at other points. Values
+        near v are compared beside the largest of them: an equation's is rounding at a solution."""
+        box = self._game.box
+        near = [v] + [box.moved(v, self._random, share) for share in _MOVES]
+        wide = np.isfinite(box.upper - box.lower) & (np.arange(v.size) >= self._game.nx)
+        far = [np.where(wide, self._random.uniform(np.where(wide, box.lower, 0.0), np.where(wide, box.upper, 1.0)), v)
+               for _ in range(_FAR if np.any(wide) else 0)]
+        pairs = [self._both(point) for point in [*near, *far, *others]]
+        self._sizes = np.max([np.where(np.isfinite(found), np.abs(found), 0.0)
+                              for found, _ in pairs[:len(near)]], axis=0)
+        return next(filter(None, (self._different(*pair) for pair in pairs)), "")
 
-    def _both(self, v: Vector) -> Optional[Tuple[Vector, Vector]]:
-        """Values of the functions and of the formulas; None where one is undefined."""
-        found = _values(lambda at: np.concatenate([np.ravel(self._game.value(at))] + [
-            np.ravel(self._game.row_values(row, at)) for row in self._rows]), v)
+    def differs_at_last(self, v: Vector) -> str:
+        """The same of v alone, where no time was left for more."""
+        return self._different(*self._both(v))
+
+    def _different(self, found: Vector, own: Vector) -> str:
+        """The name of a function whose value is not that of its formula; both may be undefined."""
+        with np.errstate(invalid="ignore"):
+            same = (np.abs(found - own) <= _OTHER * np.maximum(self._sizes, np.abs(own))) | (
+                ~np.isfinite(found) & ~np.isfinite(own))
+        if np.all(same):
+            return ""
+        k = int(np.argmin(same))
+        return "fun" if k == 0 else str(self._game.places[k - 1][0].name)
+
+    def _both(self, v: Vector) -> Tuple[Vector, Vector]:
+        """Values of the functions, NaN where they are undefined, and of the formulas."""
         own = np.r_[self.formulas.objective(v), self.formulas.constraints(v)]
-        return (found, own) if found is not None and np.all(np.isfinite(own)) else None
+        parts, at = [_values(self._game.value, v)], [1]
+        for row in self._rows:
+            parts.append(_values(lambda w, row=row: self._game.row_values(row, w), v))
+            at.append(row.size)
+        found = np.concatenate([np.full(size, np.nan) if part is None else part for part, size in zip(parts, at)])
+        if found.size != own.size:
+            raise TypeError("a function returns other numbers of values")
+        return found, own
 
     def _recording(self) -> Any:
         return recording(self._game.n, len(self._game.places), self._game.objective_over, self._game.constraints_over)
 
-    def update(self) -> None:
-        """Reads the numbers in the functions anew, before the next solve."""
-        if not self.formulas.update(self._recording()):
-            raise ValueError("fun or a constraint now does other operations than in the first solve: call "
-                             "minimize_minmax again")
+    def update(self) -> bool:
+        """Reads the numbers in the functions anew. False: they now do other operations."""
+        try:
+            return bool(self.formulas.update(self._recording()))
+        except MemoryError:
+            raise
+        except Exception:
+            return False
 
 
 def recorded(game: Any, rows: List[Any]) -> Optional[Recorded]:
