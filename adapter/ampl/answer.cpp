@@ -20,6 +20,7 @@
 #include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/answer.hpp"
 #include "core/model/status_table.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -174,7 +175,7 @@ void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& wo
     const bool is_f = found.constraint >= problem.constraints();
     std::vector<std::pair<std::string, double>> values;
     for (const int i : log::worst_case_variables(loaded.structure(), found.constraint))
-      values.emplace_back(problem.variable_name(i), found.v[static_cast<std::size_t>(i)]);
+      values.emplace_back(problem.variable_name(i), found.v[at(i)]);
     out << "\nworst case of "
         << (is_f ? "the objective" : problem.constraint_name(found.constraint)) << ": "
         << std::setprecision(10) << (is_f && problem.maximizes() ? -found.value : found.value)
@@ -298,11 +299,10 @@ void print_variables(std::ostream& out, const Result& result, const NlProblem& p
   out << std::left << std::setw(width) << "variable"
       << "  player  value\n";
   for (int i = 0; i < rows; ++i) {
-    const auto at = static_cast<std::size_t>(i);
     // Player 0 of a model that maximizes is the maximizer.
-    const bool maximizer = (problem.players()[at] == Player::Max) != problem.maximizes();
+    const bool maximizer = (problem.players()[at(i)] == Player::Max) != problem.maximizes();
     out << std::setw(width) << name(i) << (maximizer ? "  Max     " : "  Min     ")
-        << std::setprecision(10) << result.v[at] << '\n';
+        << std::setprecision(10) << result.v[at(i)] << '\n';
   }
 }
 
@@ -314,8 +314,7 @@ void print_duals(std::ostream& out, const Result& result, const NlProblem& probl
   out << std::left << std::setw(width) << "constraint"
       << "  dual\n";
   for (int i = 0; i < rows; ++i)
-    out << std::setw(width) << name(i) << "  " << std::setprecision(10)
-        << duals[static_cast<std::size_t>(i)] << '\n';
+    out << std::setw(width) << name(i) << "  " << std::setprecision(10) << duals[at(i)] << '\n';
 }
 
 }  // namespace ipminmax
