@@ -4,8 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <exception>
-#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +13,7 @@
 #include "adapter/ipopt/ipopt_library.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
 #include "core/version.h"
+#include "linalg/numbers.hpp"
 
 // The C interface: problems, options, solves.
 
@@ -77,15 +76,15 @@ static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
               same(IPMINMAX_VIOLATED, SecondOrder::Violated) &&
               same(IPMINMAX_FLAT, SecondOrder::Flat));
 
-std::vector<int> read_players(const int* players, Index count, const char* name,
-                              std::string& error) {
-  if (players == nullptr || count <= 0 || !error.empty()) return {};
-  const std::vector<int> result(players, players + count);
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    if (result[i] == IPMINMAX_MIN || result[i] == IPMINMAX_MAX) continue;
-    error = name_of_entry(name, i) + " = " + std::to_string(result[i]) +
-            "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)";
-    break;
+std::vector<Player> read_players(const int* players, Index count, const char* name,
+                                 std::string& error) {
+  std::vector<Player> result;
+  for (Index i = 0; players != nullptr && i < count && error.empty(); ++i) {
+    if (players[i] != IPMINMAX_MIN && players[i] != IPMINMAX_MAX) {
+      error = name_of_entry(name, at(i)) + " = " + std::to_string(players[i]) +
+              "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)";
+    }
+    result.push_back(static_cast<Player>(players[i]));
   }
   return result;
 }
@@ -144,7 +143,7 @@ int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionTyp
     OptionRegistry registry;
     const SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(keyword);
     const std::string name(keyword);
-    if (Ipopt::IsNull(option)) return unknown_option(name, registry);
+    if (IsNull(option)) return unknown_option(name, registry);
     if (option->Type() != type) {
       return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
     }
@@ -160,7 +159,7 @@ bool is_warm(const Problem& problem) {
 
 /// warm_start_init_point is yes while this lives. Where memory is too short for setting it back,
 /// the next solve does.
-class WarmStart {
+class WarmStart : Uncopied {
  public:
   explicit WarmStart(Problem& problem) : problem_(problem) {
     if (is_warm(problem)) return;
@@ -173,9 +172,6 @@ class WarmStart {
     } catch (...) {  // bad_alloc
     }
   }
-  WarmStart(const WarmStart&) = delete;
-  WarmStart& operator=(const WarmStart&) = delete;
-
   static void end(Problem& problem) {
     if (!problem.warm_for_once) return;
     set(problem, "no");
@@ -217,14 +213,14 @@ enum class Call : std::uint8_t { Solve, Again, OverRanks };
 /// Solves from the model's start, options read.
 IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
   MinMaxApplication& application = *problem.application;
-  const SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(problem.model);
+  const SmartPtr<Ipopt::TNLP> model = GetRawPtr(problem.model);
   const auto status = call == Call::Again       ? application.ReOptimizeTNLP(model)
                       : call == Call::OverRanks ? application.OptimizeTNLPOverRanks(model)
                                                 : application.OptimizeTNLP(model);
   const Result& result = application.LastResult();
   problem.status = ipminmax::name_of(result.status);
   say(&problem, result.message);
-  problem.answered = Ipopt::IsValid(application.Statistics());
+  problem.answered = IsValid(application.Statistics());
   if (problem.model->finalized) write(*problem.model, out);
   return static_cast<IpminmaxReturnStatus>(status);
 }
@@ -290,15 +286,7 @@ IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* us
     return IPMINMAX_INVALID_PROBLEM_DEFINITION;
   }
   const Solving solving(*problem);
-  try {
-    return start(*problem, out, user_data, call);
-  } catch (const std::bad_alloc&) {
-    say_fixed(problem, "out of memory");
-    return IPMINMAX_INSUFFICIENT_MEMORY;
-  } catch (...) {
-    say_fixed(problem, "internal error: unexpected exception");
-    return IPMINMAX_INTERNAL_ERROR;
-  }
+  return attempt(problem, [&] { return start(*problem, out, user_data, call); });
 }
 
 }  // namespace
@@ -313,7 +301,8 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
                                IpminmaxEval_Grad_F_CB eval_grad_f, IpminmaxEval_Jac_G_CB eval_jac_g,
                                IpminmaxEval_H_CB eval_h, const int* variable_players,
                                const int* constraint_players) {
-  try {
+  IpminmaxProblem problem = nullptr;
+  attempt(nullptr, [&] {
     CallbackDefinition d;
     d.n = n;
     d.m = m;
@@ -334,14 +323,13 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
     d.g_upper = read_array(g_U, m, "g_U", error);
     d.variable_players = read_players(variable_players, n, "variable_players", error);
     d.constraint_players = read_players(constraint_players, m, "constraint_players", error);
-    if (error.empty()) return new IpminmaxProblemInfo(std::move(d));
-    say(nullptr, std::move(error));
-  } catch (const std::bad_alloc&) {
-    say_fixed(nullptr, "out of memory");
-  } catch (...) {
-    say_fixed(nullptr, "internal error: unexpected exception");
-  }
-  return nullptr;
+    if (error.empty())
+      problem = new IpminmaxProblemInfo(std::move(d));
+    else
+      say(nullptr, std::move(error));
+    return IPMINMAX_SOLVE_SUCCEEDED;
+  });
+  return problem;
 }
 
 void IpminmaxFree(IpminmaxProblem problem) {

@@ -7,6 +7,7 @@
 
 #include "adapter/c/c_problem.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
+#include "linalg/numbers.hpp"
 
 // The C interface: how a solution follows bounds and Min's variables.
 
@@ -156,11 +157,10 @@ int IpminmaxGetActiveSetChangesSized(IpminmaxProblem problem, int capacity,
   if (problem == nullptr) return 0;
   const int count = static_cast<int>(problem->changes.size());
   for (int k = 0; k < std::min(count, capacity) && changes != nullptr; ++k) {
-    const ActiveSetChange& from = problem->changes[static_cast<std::size_t>(k)];
-    const IpminmaxActiveSetChange to{from.share, from.of_constraint ? 1 : 0, from.index,
-                                     from.upper ? 1 : 0, from.enters ? 1 : 0};
-    write_sized(&to, sizeof to,
-                reinterpret_cast<char*>(changes) + static_cast<std::size_t>(k) * size, size);
+    const ActiveSetChange& from = problem->changes[at(k)];
+    const IpminmaxActiveSetChange to{from.share, from.of_constraint, from.index, from.upper,
+                                     from.enters};
+    write_sized(&to, sizeof to, reinterpret_cast<char*>(changes) + at(k) * size, size);
   }
   return count;
 }
