@@ -26,6 +26,7 @@
 #include "adapter/ipopt/optional_players.hpp"
 #include "adapter/ipopt/status.hpp"
 #include "core/answer.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -152,7 +153,7 @@ class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
     if (init_lambda) std::copy_n(lam + n, m, lambda);
     for (Index i = 0; init_z && i < n; ++i) {
       // lam = z_U - z_L; Min's multipliers are >= 0, Max's <= 0.
-      const bool min = owner_.variable_players_[static_cast<std::size_t>(i)] == Player::Min;
+      const bool min = owner_.variable_players_[at(i)] == Player::Min;
       const bool upper = min == (lam[i] >= 0.0);
       z_U[i] = upper ? lam[i] : 0.0;
       z_L[i] = upper ? 0.0 : -lam[i];

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "adapter/control/horizon_shift.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/robust.hpp"
 #include "core/search/outcome.hpp"
@@ -38,11 +39,7 @@ class Continuation {
         cold_(options) {
     cold_.minmax_max_restarts = 0;
     warm_ = cold_;
-    warm_.warm_start_init_point = true;
-    warm_.mu_init = search.mu;
-    warm_.warm_start_bound_push = warm_.warm_start_bound_frac = search.mu;
-    warm_.warm_start_slack_bound_push = warm_.warm_start_slack_bound_frac = search.mu;
-    warm_.warm_start_mult_bound_push = search.mu;
+    warm_start(warm_, search.mu);
   }
 
   PriceCurve run() {

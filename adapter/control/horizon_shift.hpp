@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "../../core/options.hpp"
 #include "../../core/result.hpp"
 
 /// Warm start in model predictive control. The solve of the next time step starts at the solution
@@ -110,6 +111,15 @@ inline void warm_start(Ipopt::OptionsList& options, double mu) {
         "warm_start_slack_bound_frac", "warm_start_mult_bound_push"}) {
     options.SetNumericValue(push, mu);
   }
+}
+
+/// The same for a solve of the core.
+inline void warm_start(SolverOptions& options, double mu) {
+  options.warm_start_init_point = true;
+  options.mu_init = mu;
+  options.warm_start_bound_push = options.warm_start_bound_frac = mu;
+  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = mu;
+  options.warm_start_mult_bound_push = mu;
 }
 
 /// Back to starts without multipliers, with Ipopt's barrier parameter.

@@ -161,6 +161,7 @@ class StageGame : public Problem {
     fill_in();
     shared_ = np + gains() + disturbance_gains() + (free_time() ? 1 : 0);
     locals_ = kBlock + nx + shared_ + h_.memory * nw;
+    local_.resize(locals_);
     stage_tape_.emplace(static_cast<Index>(locals_), kRows + 1);
     wide_tape_.emplace(static_cast<Index>(locals_), kRows + 1);
     end_tape_.emplace(static_cast<Index>(nx + shared_), nt + 1);
@@ -245,13 +246,7 @@ class StageGame : public Problem {
     return horizon_shift().next(result);
   }
   /// Sets options for a start close to the solution.
-  static void start_warm(SolverOptions& options, double mu) {
-    options.warm_start_init_point = true;
-    options.mu_init = mu;
-    options.warm_start_bound_push = options.warm_start_bound_frac = mu;
-    options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = mu;
-    options.warm_start_mult_bound_push = mu;
-  }
+  static void start_warm(SolverOptions& options, double mu) { warm_start(options, mu); }
 
   /// Splits a result of this problem by stage.
   [[nodiscard]] StageAnswer by_stage(Result result) const {
@@ -633,10 +628,6 @@ class StageGame : public Problem {
     }
     return u;
   }
-  template <class T>
-  [[nodiscard]] std::array<T, nu> applied_control(const std::vector<T>& in) const {
-    return applied_control(std::span<const T>(in));
-  }
   [[nodiscard]] bool prices_feedback() const {
     return h_.memory > 0 || !std::ranges::equal(h_.gain_lower, h_.gain_upper);
   }
@@ -650,19 +641,22 @@ class StageGame : public Problem {
     Discretization how;
     using State = std::array<T, nx>;
 
-    T cost(std::span<const T> s, const T& t) const {
+    /// The stage's point with another state and time.
+    StagePoint<T> point(std::span<const T> s, const T& t) const {
       StagePoint<T> p = at;
       p.s = s;
       p.t = t;
+      return p;
+    }
+    T cost(std::span<const T> s, const T& t) const {
+      const StagePoint<T> p = point(s, t);
       if constexpr (kTakesPoints)
         return game.model_.cost(p);
       else
         return game.model_.cost(p.s, p.u, p.w);
     }
     State rate(std::span<const T> s, const T& t) const {
-      StagePoint<T> p = at;
-      p.s = s;
-      p.t = t;
+      const StagePoint<T> p = point(s, t);
       State to{};
       if constexpr (kTakesPoints)
         game.model_.dynamics(p, std::span<T>(to));
@@ -741,9 +735,7 @@ class StageGame : public Problem {
       for (std::size_t i = 0; i < nu; ++i) cost += h_.feedback_price * in[nx + i] * in[nx + i];
     }
     if constexpr (nl > 0) {
-      StagePoint<T> at = stage.at;
-      at.s = next;
-      at.t += h;
+      const StagePoint<T> at = stage.point(next, stage.at.t + h);
       const std::span<T> g = out.subspan(nx, nl);
       if constexpr (kTakesPoints)
         model_.limits_of(at, g);
@@ -810,7 +802,6 @@ class StageGame : public Problem {
   /// differ (functions of the stage's number, the first ones with memory, branches) or are few.
   [[nodiscard]] bool record_wide(std::span<const double> v, std::size_t k) {
     if (kTakesPoints || h_.memory > 0 || k + kLanes > h_.stages) return false;
-    local_.resize(locals_);
     wide_local_.resize(locals_);
     for (std::size_t l = 0; l < kLanes; ++l) {
       gather<double>(v, k + l, local_);
@@ -825,7 +816,6 @@ class StageGame : public Problem {
     return std::min(k + kLanes, h_.stages);
   }
   void record_stage(std::span<const double> v, std::size_t k) {
-    local_.resize(locals_);
     gather<double>(v, k, local_);
     stage_tape_->record(local_, [&](std::span<const Taped> in, std::span<Taped> out) {
       run_stage<Taped>(k, in, out);
@@ -852,7 +842,6 @@ class StageGame : public Problem {
       valued_ = 0;
       objective_ = 0.0;
     }
-    local_.resize(locals_);
     std::array<Plain, kRows + 1> out{};
     for (; valued_ < std::min(count, h_.stages); ++valued_) {
       gather<double>(v, valued_, local_);
@@ -964,7 +953,7 @@ class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
 
   [[nodiscard]] const BoxFunctions* over_boxes() const override { return this; }
   [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
-    std::vector<IntervalJet> g(rows());
+    std::vector<IntervalJet> g(this->rows());
     return all_over(v, g);
   }
   void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
@@ -987,13 +976,10 @@ class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
     return found;
   }
   void determine(std::span<double> v) const override {
-    std::vector<Plain> own(v.begin(), v.end()), g(rows());
+    std::vector<Plain> own(v.begin(), v.end()), g(this->rows());
     static_cast<void>(this->template roll_out<Plain>(own, g));
     std::ranges::transform(own, v.begin(), [](const Plain& value) { return value.value(); });
   }
-
- private:
-  [[nodiscard]] std::size_t rows() const { return this->structure().constraint_players.size(); }
 };
 
 }  // namespace ipminmax

@@ -175,7 +175,7 @@ std::string set_option(const std::string& name, const std::string& text,
                        Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
                        bool allow_clobber) {
   const Ipopt::SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(name);
-  if (Ipopt::IsNull(option)) return unknown_option(name, registry);
+  if (IsNull(option)) return unknown_option(name, registry);
   const std::string setting = name + " = " + text;
   bool done = false;
   if (option->Type() == Ipopt::OT_Number) {
@@ -230,7 +230,7 @@ void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverO
   } else if (const auto* choice = std::get_if<Choice>(&info.kind)) {
     Index value = 0;
     const bool is_set = list.GetEnumValue(name, value, "");
-    const auto i = static_cast<std::size_t>(value);
+    const auto i = at(value);
     if (is_set && i < choice->names.size()) choice->set(options, i);  // others: Ipopt's solvers
   }
 }
@@ -262,7 +262,7 @@ void register_options(Ipopt::RegisteredOptions& registry) {
 
 Ipopt::SmartPtr<const Ipopt::RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
   const auto known = RegisteredOptions::GetOption(name);
-  if (Ipopt::IsValid(known)) return known;
+  if (IsValid(known)) return known;
   const std::string own = name.substr(name.rfind('.') + 1);  // a prefix ends with a dot
   for (const auto table : option_tables()) {
     const auto found = std::ranges::find(table, own, &OptionInfo::name);

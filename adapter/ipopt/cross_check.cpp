@@ -11,6 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "adapter/control/horizon_shift.hpp"
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/cross_check.hpp"
 #include "adapter/ipopt/status.hpp"
@@ -22,6 +23,9 @@
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
+
+using Ipopt::SmartPtr;
+
 namespace {
 
 /// Error over tol up to which Ipopt's point is put to the second-order test.
@@ -107,13 +111,12 @@ PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
 }
 
 std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& options) {
-  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
-  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, silent);
+  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
+  const SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, silent);
   std::string text;
   for (const OptionSetting& setting : settings.options) {
-    if (Ipopt::IsValid(registry->GetOption(setting.first)) &&
-        find_option(setting.first) == nullptr) {
+    if (IsValid(registry->GetOption(setting.first)) && find_option(setting.first) == nullptr) {
       return "option \"" + setting.first + "\" has no effect in a cross check";
     }
     text += text_of(setting);
@@ -123,8 +126,8 @@ std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& 
   return solver_options(*list, options);
 }
 
-Ipopt::SmartPtr<Ipopt::RegisteredOptions> ipopt_registry() {
-  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+SmartPtr<Ipopt::RegisteredOptions> ipopt_registry() {
+  const SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
   return registry;
 }
@@ -132,13 +135,13 @@ Ipopt::SmartPtr<Ipopt::RegisteredOptions> ipopt_registry() {
 /// The settings that Ipopt gets, as an options file. inner: for the maximizations over y, which
 /// choose start, bounds and barrier themselves.
 std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
-  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = ipopt_registry();
+  const SmartPtr<Ipopt::RegisteredOptions> registry = ipopt_registry();
   std::string text;
   for (const OptionSetting& setting : settings.options) {
     const std::string& name = setting.first;
     const OptionInfo* info = find_option(name);
     const bool shared = info != nullptr && !name.starts_with("minmax_") &&
-                        name != "linear_solver" && Ipopt::IsValid(registry->GetOption(name));
+                        name != "linear_solver" && IsValid(registry->GetOption(name));
     const bool ours =
         inner && shared &&
         (info->category == "Initialization" || info->category == "Barrier Parameter" ||
@@ -150,15 +153,15 @@ std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
 }
 
 void set_from_text(Ipopt::OptionsList& list, const std::string& text) {
-  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
   std::istringstream input(text);
   list.ReadFromStream(*silent, input);
 }
 
 /// What Ipopt says against the settings, empty when nothing.
 std::string check_ipopt_options(const std::string& text) {
-  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(ipopt_registry(), silent);
+  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(ipopt_registry(), silent);
   try {
     set_from_text(*list, text);
   } catch (const Ipopt::IpoptException& error) {
@@ -214,12 +217,8 @@ Certificate certify(Problem& problem, const IpoptAnswer& answer, SolverOptions o
   ProblemView view(problem);
   view.start_from(answer);
   constexpr double kTiny = std::numeric_limits<double>::min();
-  options.warm_start_init_point = true;
-  options.warm_start_bound_push = options.warm_start_bound_frac = kTiny;
-  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = kTiny;
-  options.warm_start_mult_bound_push = kTiny;
+  warm_start(options, kTiny);  // mu_init is raised to the final barrier parameter
   options.warm_start_mult_init_max = 1e20;
-  options.mu_init = kTiny;  // raised to the final barrier parameter
   options.max_iter = 0;
   options.acceptable_tol = kTestableError * options.tol;
   options.acceptable_iter = 1;
@@ -441,18 +440,16 @@ std::string comparison_report(const CrossCheck& check) {
 
 std::string minmax_report(const CrossCheck& check) {
   const InnerMaximumCheck& inner = check.inner;
-  std::string text =
-      "Status of Ipminmax...........: " + std::string(name_of(check.ours.status)) + "\n";
-  text += "Second-order test............: ";
-  text += std::string(name_of(check.ours.certificate.second_order)) + "\n";
-  text += format("Objective f(x*, y*)..........: %24.16e\n", inner.objective);
-  text += format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
-                 inner.near_solved);
-  text += format("Largest f near y*............: %24.16e%s\n", inner.best_near,
-                 inner.improved_near ? "  (better)" : "");
-  text += format("Largest f found elsewhere....: %24.16e%s\n", inner.best_far,
-                 inner.improved_far ? "  (better: y* is not the global maximum)" : "");
-  return text;
+  return "Status of Ipminmax...........: " + std::string(name_of(check.ours.status)) +
+         "\nSecond-order test............: " +
+         std::string(name_of(check.ours.certificate.second_order)) +
+         format("\nObjective f(x*, y*)..........: %24.16e\n", inner.objective) +
+         format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
+                inner.near_solved) +
+         format("Largest f near y*............: %24.16e%s\n", inner.best_near,
+                inner.improved_near ? "  (better)" : "") +
+         format("Largest f found elsewhere....: %24.16e%s\n", inner.best_far,
+                inner.improved_far ? "  (better: y* is not the global maximum)" : "");
 }
 
 /// In the order of CrossCheckVerdict.
@@ -556,11 +553,11 @@ CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& se
   return check;
 }
 
-CrossCheck cross_check_with_ipopt(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
+CrossCheck cross_check_with_ipopt(const SmartPtr<Ipopt::TNLP>& model,
                                   const CrossCheckSettings& settings) {
   CrossCheck check;
   check.ours.status = Status::InvalidProblem;
-  if (Ipopt::IsNull(model)) {
+  if (IsNull(model)) {
     check.message = check.ours.message = "the model is null";
     return check;
   }

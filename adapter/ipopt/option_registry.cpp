@@ -119,7 +119,7 @@ std::optional<std::string> value_of(const OptionInfo& info, const Ipopt::Options
     return list.GetNumericValue(name, value, "") ? std::optional(text_of(value)) : std::nullopt;
   }
   if (std::holds_alternative<Integer>(info.kind)) {
-    Ipopt::Index value = 0;
+    Index value = 0;
     return list.GetIntegerValue(name, value, "") ? std::optional(std::to_string(value))
                                                  : std::nullopt;
   }

@@ -1,7 +1,6 @@
 #include <fcntl.h>
 
 #include <cerrno>
-#include <cstdarg>
 #include <cstring>
 
 #include "adapter/ipopt/output_file.hpp"
@@ -42,23 +41,6 @@ std::string OutputFile::close() {
   if (file_ != nullptr) note_error((is_stream() ? std::fflush(file_) : std::fclose(file_)) != 0);
   file_ = nullptr;
   return error_ != 0 ? cannot_write(file_name_, error_) : std::string();
-}
-
-void OutputFile::note_error(bool failed) {
-  if (failed && error_ == 0) error_ = errno;
-}
-
-void OutputFile::PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) {
-  if (file_ != nullptr) note_error(std::fputs(text, file_) < 0);
-}
-
-void OutputFile::PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
-                            va_list values) {
-  if (file_ != nullptr) note_error(std::vfprintf(file_, format, values) < 0);
-}
-
-void OutputFile::FlushBufferImpl() {
-  if (file_ != nullptr) note_error(std::fflush(file_) != 0);
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -184,7 +184,7 @@ IpoptAnswer solve_with_ipopt(Problem& problem,
   application->Options()->SetStringValue("linear_solver", "mumps");
   if (set_options) set_options(*application->Options());
   const Ipopt::SmartPtr<FactorizationCounter> factorizations = new FactorizationCounter;
-  application->Jnlst()->AddJournal(Ipopt::GetRawPtr(factorizations));
+  application->Jnlst()->AddJournal(GetRawPtr(factorizations));
   IpoptAnswer failure;
   failure.status = application->Initialize("");
   if (failure.status != Ipopt::Solve_Succeeded) return failure;
@@ -194,7 +194,7 @@ IpoptAnswer solve_with_ipopt(Problem& problem,
   answer.status = status;
   answer.counts.factorizations_full = factorizations->count();
   const Ipopt::SmartPtr<Ipopt::SolveStatistics> statistics = application->Statistics();
-  if (Ipopt::IsValid(statistics)) {
+  if (IsValid(statistics)) {
     answer.iterations = statistics->IterationCount();
     answer.seconds = statistics->TotalWallclockTime();
   }
