@@ -6,14 +6,12 @@
 #include <array>
 #include <cctype>
 #include <cstddef>
-#include <functional>
 #include <iomanip>
 #include <map>
 #include <ostream>
 #include <sstream>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "adapter/ipopt/log.hpp"
 #include "adapter/ipopt/status.hpp"
@@ -184,11 +182,17 @@ void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& wo
   if (active > kMost) out << "\n... and " << active - kMost << " more";
 }
 
-/// Width of a column with this heading.
-std::size_t width_of(const char* heading, int rows, const std::function<std::string(int)>& text) {
-  std::size_t width = std::string(heading).size();
-  for (int i = 0; i < rows; ++i) width = std::max(width, text(i).size());
-  return width;
+/// headings: of the names, of what follows. between: what stands between name and value.
+template <class Name, class Between>
+void print_table(std::ostream& out, const std::array<std::string, 2>& headings,
+                 const std::vector<double>& values, const Name& name, const Between& between) {
+  const int rows = static_cast<int>(values.size());
+  std::size_t width = headings[0].size();
+  for (int i = 0; i < rows; ++i) width = std::max(width, name(i).size());
+  const auto column = std::setw(static_cast<int>(width));
+  out << std::left << column << headings[0] << headings[1] << '\n';
+  for (int i = 0; i < rows; ++i)
+    out << column << name(i) << between(i) << std::setprecision(10) << values[at(i)] << '\n';
 }
 
 }  // namespace
@@ -248,10 +252,8 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
     message << "\nover all " << (problem.maximizes() ? "y, of the negative objective: " : "y: ")
             << over_y << "\nover x: " << over_x;
   }
-  if (const std::string warning = integer_warning(problem); !warning.empty())
-    message << "\nWARNING: " << warning;
-  if (const std::string warning = split_warning(problem); !warning.empty())
-    message << "\nWARNING: " << warning;
+  for (const std::string& warning : {integer_warning(problem), split_warning(problem)})
+    if (!warning.empty()) message << "\nWARNING: " << warning;
   return message.str();
 }
 
@@ -293,28 +295,20 @@ std::string split_warning(const NlProblem& problem) {
 }
 
 void print_variables(std::ostream& out, const Result& result, const NlProblem& problem) {
-  const auto name = [&](int i) { return problem.variable_name(i); };
-  const int rows = static_cast<int>(result.v.size());
-  const int width = static_cast<int>(width_of("variable", rows, name));
-  out << std::left << std::setw(width) << "variable"
-      << "  player  value\n";
-  for (int i = 0; i < rows; ++i) {
-    // Player 0 of a model that maximizes is the maximizer.
-    const bool maximizer = (problem.players()[at(i)] == Player::Max) != problem.maximizes();
-    out << std::setw(width) << name(i) << (maximizer ? "  Max     " : "  Min     ")
-        << std::setprecision(10) << result.v[at(i)] << '\n';
-  }
+  print_table(
+      out, {"variable", "  player  value"}, result.v,
+      [&](int i) { return problem.variable_name(i); },
+      [&](int i) {
+        // Player 0 of a model that maximizes is the maximizer.
+        const bool maximizer = (problem.players()[at(i)] == Player::Max) != problem.maximizes();
+        return maximizer ? "  Max     " : "  Min     ";
+      });
 }
 
 void print_duals(std::ostream& out, const Result& result, const NlProblem& problem) {
-  const auto name = [&](int i) { return problem.constraint_name(i); };
-  const std::vector<double> duals = problem.solution_file(result).duals;
-  const int rows = static_cast<int>(duals.size());
-  const int width = static_cast<int>(width_of("constraint", rows, name));
-  out << std::left << std::setw(width) << "constraint"
-      << "  dual\n";
-  for (int i = 0; i < rows; ++i)
-    out << std::setw(width) << name(i) << "  " << std::setprecision(10) << duals[at(i)] << '\n';
+  print_table(
+      out, {"constraint", "  dual"}, problem.solution_file(result).duals,
+      [&](int i) { return problem.constraint_name(i); }, [](int) { return "  "; });
 }
 
 }  // namespace ipminmax

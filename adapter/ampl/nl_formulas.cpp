@@ -1,5 +1,5 @@
 #include "nl_formulas.hpp"
-#include "linalg/numbers.hpp"
+#include "core/model/indices.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -154,7 +154,7 @@ void NlBoxes::constraints_over(std::span<const IntervalJet> v, std::span<Interva
 
 IntervalJet NlBoxes::all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
   const Jets all = with_defined(v);
-  for (std::size_t j = 0; j < g.size(); ++j) g[j] = value(formulas_.constraints[j], all);
+  for (const auto j : indices(g)) g[j] = value(formulas_.constraints[j], all);
   if (objective_ < 0) return {0.0};
   return IntervalJet(sign_) * value(formulas_.objectives[at(objective_)], all);
 }

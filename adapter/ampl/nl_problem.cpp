@@ -2,8 +2,6 @@
 
 #include <setjmp.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +10,7 @@
 #include "adapter/ipopt/spelling.hpp"
 #include "checked_file.hpp"
 #include "child_process.hpp"
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/uncopied.hpp"
 #include "nl_formulas.hpp"
@@ -306,7 +305,7 @@ bool NlProblem::is_linear(const std::vector<double>& from, int first, int last) 
              kRounding * (std::abs(before) + std::abs(after) + terms));
   };
   double predicted = 0.0, terms = 0.0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
+  for (const auto i : indices(from)) {
     predicted += gradient[i] * step[i];
     terms += std::abs(gradient[i] * step[i]);
   }
@@ -328,7 +327,7 @@ void NlProblem::require_linear() {
   std::vector<double> start(at(n_var));
   get_starting_point(n_var, true, start.data(), false, nullptr, nullptr, n_con, false, nullptr);
   std::vector<double> off_start = start;  // a factor may be zero at the start
-  for (std::size_t i = 0; i < start.size(); ++i)
+  for (const auto i : indices(start))
     off_start[i] +=
         0.1 * (1.0 + 0.5 * std::cos(static_cast<double>(i))) * std::max(1.0, std::abs(start[i]));
   for (const std::vector<double>& from : {off_start, start}) {
@@ -347,7 +346,7 @@ void NlProblem::require_linear() {
 
 std::vector<Player> NlProblem::implied_constraint_players() const {
   std::vector<Player> implied(at(n_con), Player::Min);
-  for (std::size_t i = 0; i < implied.size(); ++i) {
+  for (const auto i : indices(implied)) {
     for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
       if (variable_players_[at(entry->varno)] == Player::Max) implied[i] = Player::Max;
     }
@@ -397,10 +396,8 @@ std::string NlProblem::misspelt_suffix() const {
   constexpr std::size_t kLongest = 20, kNear = 2;
   if (has_player_suffix_) return {};
   for (const std::string& name : facts_.other_suffixes) {
-    std::string lower = name;
-    std::ranges::transform(lower, lower.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (lower.size() <= kLongest && edit_distance(lower, player_name) <= kNear) return name;
+    if (name.size() <= kLongest && edit_distance(lower_case(name), player_name) <= kNear)
+      return name;
   }
   return {};
 }

@@ -1,8 +1,8 @@
 #include "solution_file.hpp"
+#include "adapter/ipopt/option_registry.hpp"
+#include "core/model/indices.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cstdint>
 #include <limits>
 #include <sstream>
@@ -13,12 +13,6 @@ namespace {
 
 constexpr int kRealSuffix = 4;     ///< kind of a real suffix of variables
 constexpr int kProblemSuffix = 3;  ///< kind of an integer suffix of the problem
-
-std::string shortest(double value) {
-  std::array<char, 32> digits;
-  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  return {digits.data(), end};
-}
 
 int nonzeros(const std::vector<double>& values) {
   return static_cast<int>(values.size()) -
@@ -74,18 +68,18 @@ std::string SolutionFile::text() const {
     for (const int option : counted(*this)) out << option << '\n';
     out << constraints << '\n' << duals.size() << '\n';
     out << variables << '\n' << primals.size() << '\n';
-    if (bound_tolerance) out << shortest(*bound_tolerance) << '\n';
+    if (bound_tolerance) out << text_of(*bound_tolerance) << '\n';
   }
   for (const std::vector<double>* values : {&duals, &primals})
-    for (const double value : *values) out << shortest(value) << '\n';
+    for (const double value : *values) out << text_of(value) << '\n';
   if (!has_status) return out.str();
   out << "objno " << objective << ' ' << solve_result << '\n';
   for (const Suffix& suffix : variable_suffixes) {
     out << "suffix " << kRealSuffix << ' ' << nonzeros(suffix.values) << ' '
         << suffix.name.size() + 1 << " 0 0\n"
         << suffix.name << '\n';
-    for (std::size_t i = 0; i < suffix.values.size(); ++i)
-      if (suffix.values[i] != 0.0) out << i << ' ' << shortest(suffix.values[i]) << '\n';
+    for (const auto i : indices(suffix.values))
+      if (suffix.values[i] != 0.0) out << i << ' ' << text_of(suffix.values[i]) << '\n';
   }
   if (problem_suffix && problem_suffix->value != 0) {
     const auto& [name, value] = *problem_suffix;
@@ -116,7 +110,7 @@ std::string SolutionFile::binary() const {
     record.add(std::string_view("\nSuffix\n")).add(kRealSuffix).add(nonzeros(suffix.values));
     record.add(static_cast<std::int32_t>(suffix.name.size() + 1)).add(0);
     record.add(std::string_view(suffix.name.c_str(), suffix.name.size() + 1));
-    for (std::size_t i = 0; i < suffix.values.size(); ++i)
+    for (const auto i : indices(suffix.values))
       if (suffix.values[i] != 0.0) record.add(static_cast<std::int32_t>(i)).add(suffix.values[i]);
     out.add_record(record);
   }

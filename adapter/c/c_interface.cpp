@@ -1,8 +1,4 @@
-#include <IpOptionsList.hpp>
-#include <IpRegOptions.hpp>
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -11,6 +7,7 @@
 #include "adapter/c/c_problem.hpp"
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/ipopt_library.hpp"
+#include "adapter/ipopt/option_registry.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
 #include "core/version.h"
 #include "linalg/numbers.hpp"
@@ -107,13 +104,6 @@ std::string error_of(const CallbackDefinition& d, int index_style, const int* va
   if (d.m > 0 && d.eval_jac_g == nullptr) return "eval_jac_g is NULL";
   if (d.n > 0 && variable_players == nullptr) return "variable_players is NULL";
   return {};
-}
-
-template <class Value>
-std::string text_of(Value value) {
-  std::array<char, 64> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-  return {buffer.data(), end};
 }
 
 /// Copies scaling factors; NULL is none.
@@ -352,7 +342,7 @@ int IpminmaxAddNumOption(IpminmaxProblem problem, const char* keyword, double va
 }
 
 int IpminmaxAddIntOption(IpminmaxProblem problem, const char* keyword, int val) {
-  return add_option(problem, keyword, Ipopt::OT_Integer, [=] { return text_of(val); });
+  return add_option(problem, keyword, Ipopt::OT_Integer, [=] { return std::to_string(val); });
 }
 
 int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char* file_name, int print_level) {

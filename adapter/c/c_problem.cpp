@@ -1,7 +1,6 @@
 #include "adapter/c/c_problem.hpp"
 
 #include <IpOptionsList.hpp>
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstring>

@@ -77,22 +77,22 @@ struct SensitivityOutput {
   double *x, *mult_g, *mult_x_L, *mult_x_U, *obj, *last;
 };
 
-void write(const SolutionDerivative& found, const SensitivityOutput& out) {
+template <class Found>
+void copy_out(const Found& found, double last, const SensitivityOutput& out) {
   copy_to(out.x, found.v);
   copy_to(out.mult_g, found.lambda);
   copy_to(out.mult_x_L, found.z_lower);
   copy_to(out.mult_x_U, found.z_upper);
   if (out.obj != nullptr) *out.obj = found.objective;
-  if (out.last != nullptr) *out.last = found.objective_curvature;
+  if (out.last != nullptr) *out.last = last;
+}
+
+void write(const SolutionDerivative& found, const SensitivityOutput& out) {
+  copy_out(found, found.objective_curvature, out);
 }
 
 void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
-  copy_to(out.x, found.v);
-  copy_to(out.mult_g, found.lambda);
-  copy_to(out.mult_x_L, found.z_lower);
-  copy_to(out.mult_x_U, found.z_upper);
-  if (out.obj != nullptr) *out.obj = found.objective;
-  if (out.last != nullptr) *out.last = found.share;
+  copy_out(found, found.share, out);
   problem.changes = std::move(found.changes);
   say(&problem, std::move(found.message));
 }

@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -196,7 +197,7 @@ class StageGame : public Problem {
   void set_initial(std::span<const double> s) {
     need(s.size() == nx, "initial: one value per state");
     h_.initial.assign(s.begin(), s.end());
-    for (std::size_t i = 0; i < nx; ++i) {
+    for (const auto i : up_to(nx)) {
       const double spread = h_.initial_spread.empty() ? 0.0 : h_.initial_spread[i];
       structure_.variable_lower[i] = s[i] - spread;
       structure_.variable_upper[i] = s[i] + spread;
@@ -294,7 +295,7 @@ class StageGame : public Problem {
                        {state, control, wind, parameters, {}, k},
                        Plain(h_.step / static_cast<double>(steps)),
                        is_explicit ? h_.discretization : Discretization::RungeKutta4};
-    for (std::size_t i = 0; i < steps; ++i) {
+    for (const auto i : up_to(steps)) {
       stage.at.t =
           h_.step * (static_cast<double>(k) + static_cast<double>(i) / static_cast<double>(steps));
       std::array<Plain, nx> next{};
@@ -375,12 +376,12 @@ class StageGame : public Problem {
       if (record_wide(v, k)) {
         wide_weights_.resize(kRows + 1);
         wide_weights_[kRows].fill(sigma);
-        for (std::size_t l = 0; l < kLanes; ++l) {
-          for (std::size_t j = 0; j < kRows; ++j) wide_weights_[j][l] = lambda[(k + l) * kRows + j];
+        for (const auto l : up_to(kLanes)) {
+          for (const auto j : up_to(kRows)) wide_weights_[j][l] = lambda[(k + l) * kRows + j];
         }
         wide_values_.assign(stage_pattern_.hessian.size(), {});
         wide_tape_->hessian_at(wide_weights_, wide_values_);
-        for (std::size_t l = 0; l < kLanes; ++l) {
+        for (const auto l : up_to(kLanes)) {
           for (const auto& value : wide_values_) to[place++] = value[l];
         }
         k += kLanes;
@@ -392,7 +393,7 @@ class StageGame : public Problem {
         std::ranges::copy(lambda.subspan(k * kRows, kRows), weights_.begin());
         stage_values_.assign(stage_pattern_.hessian.size(), 0.0);
         stage_tape_->hessian(weights_, stage_values_);
-        for (std::size_t e = 0; e < stage_values_.size(); ++e) {
+        for (const auto e : up_to(stage_values_.size())) {
           if (is_there(k, stage_pattern_.hessian[e])) to[place++] = stage_values_[e];
         }
       }
@@ -420,6 +421,8 @@ class StageGame : public Problem {
   static constexpr double kNone = 2e19;
 
   static Index index(std::size_t i) { return static_cast<Index>(i); }
+  /// 0, 1, ..., n - 1
+  static auto up_to(std::size_t n) { return std::views::iota(std::size_t{0}, n); }
   static void need(bool condition, const char* what) {
     if (!condition) throw std::invalid_argument(std::string("StageGame: ") + what);
   }
@@ -458,7 +461,7 @@ class StageGame : public Problem {
                             std::size_t size, const char* what) {
       fill(lower, size, -kNone, what);
       fill(upper, size, kNone, what);
-      for (std::size_t i = 0; i < size; ++i) need(lower[i] <= upper[i], what);
+      for (const auto i : up_to(size)) need(lower[i] <= upper[i], what);
     };
     bounds(h_.control_lower, h_.control_upper, nu, "bounds of controls: one per control, in order");
     bounds(h_.disturbance_lower, h_.disturbance_upper, nw,
@@ -491,23 +494,23 @@ class StageGame : public Problem {
     };
     for (std::size_t k = 0; k <= h_.stages; ++k) {
       const double share = static_cast<double>(k) / static_cast<double>(h_.stages);
-      for (std::size_t i = 0; i < nx; ++i) {
+      for (const auto i : up_to(nx)) {
         const double to = h_.final_guess.empty() ? h_.initial[i] : h_.final_guess[i];
         put(state(k, i), Player::Max, -kNone, kNone, (1.0 - share) * h_.initial[i] + share * to);
       }
       if (k == h_.stages) break;
-      for (std::size_t i = 0; i < nu; ++i)
+      for (const auto i : up_to(nu))
         put(control(k, i), Player::Min, h_.control_lower[i], h_.control_upper[i],
             h_.control_guess[i]);
-      for (std::size_t i = 0; i < nw; ++i)
+      for (const auto i : up_to(nw))
         put(disturbance(k, i), Player::Max, h_.disturbance_lower[i], h_.disturbance_upper[i], 0.0);
     }
-    for (std::size_t i = 0; i < np; ++i)
+    for (const auto i : up_to(np))
       put(parameter(i), Player::Min, h_.parameter_lower[i], h_.parameter_upper[i],
           h_.parameter_guess[i]);
-    for (std::size_t i = 0; i < gains(); ++i)
+    for (const auto i : up_to(gains()))
       put(gain(0, i), Player::Min, h_.gain_lower[i], h_.gain_upper[i], 0.0);
-    for (std::size_t i = 0; i < disturbance_gains(); ++i)
+    for (const auto i : up_to(disturbance_gains()))
       put(gain(0, gains() + i), Player::Min, -h_.memory_bound, h_.memory_bound, 0.0);
     if (free_time())
       put(duration(), Player::Min, h_.duration_lower, h_.duration_upper,
@@ -516,10 +519,10 @@ class StageGame : public Problem {
     structure_.constraint_lower.assign(rows(), 0.0);
     structure_.constraint_upper.assign(rows(), 0.0);
     structure_.constraint_players.assign(rows(), Player::Max);
-    for (std::size_t k = 0; k < h_.stages; ++k) {
-      for (std::size_t j = 0; j < nl; ++j) make_limit(k * kRows + nx + j);
+    for (const auto k : up_to(h_.stages)) {
+      for (const auto j : up_to(nl)) make_limit(k * kRows + nx + j);
     }
-    for (std::size_t j = 0; j < nt; ++j) make_limit(h_.stages * kRows + j);
+    for (const auto j : up_to(nt)) make_limit(h_.stages * kRows + j);
     if (h_.stages <= kMostNamed) name_all();
   }
   void make_limit(std::size_t row) {
@@ -534,17 +537,17 @@ class StageGame : public Problem {
     std::vector<std::string>& rows_of = structure_.constraint_names;
     for (std::size_t k = 0; k <= h_.stages; ++k) {
       const std::string at = "[" + std::to_string(k) + "]";
-      for (std::size_t i = 0; i < nx; ++i) of.push_back(name(h_.state_names, "state", i) + at);
+      for (const auto i : up_to(nx)) of.push_back(name(h_.state_names, "state", i) + at);
       if (k == h_.stages) break;
-      for (std::size_t i = 0; i < nu; ++i) of.push_back(name(h_.control_names, "control", i) + at);
-      for (std::size_t i = 0; i < nw; ++i)
+      for (const auto i : up_to(nu)) of.push_back(name(h_.control_names, "control", i) + at);
+      for (const auto i : up_to(nw))
         of.push_back(name(h_.disturbance_names, "disturbance", i) + at);
-      for (std::size_t i = 0; i < nx; ++i)
+      for (const auto i : up_to(nx))
         rows_of.push_back("next_" + name(h_.state_names, "state", i) + at);
-      for (std::size_t i = 0; i < nl; ++i) rows_of.push_back(name({}, "limit", i) + at);
+      for (const auto i : up_to(nl)) rows_of.push_back(name({}, "limit", i) + at);
     }
     const auto add = [](std::vector<std::string>& to, const char* stem, std::size_t count) {
-      for (std::size_t i = 0; i < count; ++i) to.push_back(stem + std::to_string(i));
+      for (const auto i : up_to(count)) to.push_back(stem + std::to_string(i));
     };
     add(of, "parameter", np);
     add(of, "gain", gains());
@@ -555,7 +558,7 @@ class StageGame : public Problem {
 
   /// The pattern of all stages together; the first ones lack disturbances before the start.
   void find_structure() {
-    for (std::size_t k = 0; k < h_.stages; ++k) {
+    for (const auto k : up_to(h_.stages)) {
       record_stage(start_.v, k);
       if (k == 0 || stage_pattern_ != stage_tape_->pattern())
         stage_pattern_ = autodiff::united(stage_pattern_, stage_tape_->pattern());
@@ -565,7 +568,7 @@ class StageGame : public Problem {
     stage_tape_->set_pattern(stage_pattern_);
     wide_tape_->set_pattern(stage_pattern_);
     end_tape_->set_pattern(end_pattern_);
-    for (std::size_t k = 0; k < h_.stages; ++k) {
+    for (const auto k : up_to(h_.stages)) {
       for (const auto& [row, col] : stage_pattern_.jacobian) {
         const Index j = global(k, static_cast<std::size_t>(col));
         if (j >= 0 && row < index(kRows))
@@ -618,11 +621,11 @@ class StageGame : public Problem {
   [[nodiscard]] std::array<T, nu> applied_control(std::span<const T> in) const {
     std::array<T, nu> u{};
     const std::span<const T> shared = in.subspan(kBlock + nx);
-    for (std::size_t i = 0; i < nu; ++i) {
+    for (const auto i : up_to(nu)) {
       u[i] = in[nx + i];
       for (std::size_t j = 0; j < nx && gains() > 0; ++j) u[i] += shared[np + i * nx + j] * in[j];
-      for (std::size_t l = 0; l < h_.memory; ++l) {
-        for (std::size_t j = 0; j < nw; ++j)
+      for (const auto l : up_to(h_.memory)) {
+        for (const auto j : up_to(nw))
           u[i] += shared[np + gains() + (l * nu + i) * nw + j] * shared[shared_ + l * nw + j];
       }
     }
@@ -667,7 +670,7 @@ class StageGame : public Problem {
     /// s + h r
     static State along(std::span<const T> s, const T& step, const State& r) {
       State to{};
-      for (std::size_t i = 0; i < nx; ++i) to[i] = s[i] + step * r[i];
+      for (const auto i : up_to(nx)) to[i] = s[i] + step * r[i];
       return to;
     }
     /// The next state of an explicit rule; returns the stage's cost.
@@ -685,7 +688,7 @@ class StageGame : public Problem {
       const State s2 = along(s, half, a), b = rate(s2, middle);
       const State s3 = along(s, half, b), c = rate(s3, middle);
       const State s4 = along(s, h, c), d = rate(s4, end);
-      for (std::size_t i = 0; i < nx; ++i)
+      for (const auto i : up_to(nx))
         next[i] = s[i] + h * (1.0 / 6.0) * (a[i] + 2.0 * (b[i] + c[i]) + d[i]);
       return h * (1.0 / 6.0) *
              (cost(s, at.t) + 2.0 * (cost(s2, middle) + cost(s3, middle)) + cost(s4, end));
@@ -696,24 +699,23 @@ class StageGame : public Problem {
       const T half = 0.5 * h, middle = at.t + half, end = at.t + h;
       if (how == Discretization::ImplicitMidpoint) {
         State mid{};
-        for (std::size_t i = 0; i < nx; ++i) mid[i] = 0.5 * (s[i] + next[i]);
+        for (const auto i : up_to(nx)) mid[i] = 0.5 * (s[i] + next[i]);
         const State r = rate(mid, middle);
-        for (std::size_t i = 0; i < nx; ++i) to[i] = next[i] - s[i] - h * r[i];
+        for (const auto i : up_to(nx)) to[i] = next[i] - s[i] - h * r[i];
         return h * cost(mid, middle);
       }
       if (how == Discretization::HermiteSimpson) {
         const State a = rate(s, at.t), c = rate(next, end);
         State mid{};
-        for (std::size_t i = 0; i < nx; ++i)
-          mid[i] = 0.5 * (s[i] + next[i]) + h * 0.125 * (a[i] - c[i]);
+        for (const auto i : up_to(nx)) mid[i] = 0.5 * (s[i] + next[i]) + h * 0.125 * (a[i] - c[i]);
         const State b = rate(mid, middle);
-        for (std::size_t i = 0; i < nx; ++i)
+        for (const auto i : up_to(nx))
           to[i] = next[i] - s[i] - h * (1.0 / 6.0) * (a[i] + 4.0 * b[i] + c[i]);
         return h * (1.0 / 6.0) * (cost(s, at.t) + 4.0 * cost(mid, middle) + cost(next, end));
       }
       State given{};
       const T total = advance(s, given);
-      for (std::size_t i = 0; i < nx; ++i) to[i] = next[i] - given[i];
+      for (const auto i : up_to(nx)) to[i] = next[i] - given[i];
       return total;
     }
   };
@@ -732,7 +734,7 @@ class StageGame : public Problem {
     T& cost = out[kRows];
     cost = stage.defects(next, out.first(nx));
     if (prices_feedback()) {
-      for (std::size_t i = 0; i < nu; ++i) cost += h_.feedback_price * in[nx + i] * in[nx + i];
+      for (const auto i : up_to(nu)) cost += h_.feedback_price * in[nx + i] * in[nx + i];
     }
     if constexpr (nl > 0) {
       const StagePoint<T> at = stage.point(next, stage.at.t + h);
@@ -763,7 +765,7 @@ class StageGame : public Problem {
       cost = model_.terminal_cost(at.s);
     }
     const std::size_t feedback = prices_feedback() ? gains() + disturbance_gains() : 0;
-    for (std::size_t i = 0; i < feedback; ++i)
+    for (const auto i : up_to(feedback))
       cost += h_.feedback_price * shared[np + i] * shared[np + i];
     if constexpr (nt > 0) {
       const std::span<T> g = out.first(nt);
@@ -781,12 +783,12 @@ class StageGame : public Problem {
     std::vector<T> local(locals_);
     std::array<T, kRows + 1> out{};
     T total = 0.0;
-    for (std::size_t k = 0; k < h_.stages; ++k) {
+    for (const auto k : up_to(h_.stages)) {
       gather<T>(v, k, local);
       const auto next = std::span(local).subspan(kBlock, nx);
       std::ranges::fill(next, T(0.0));
       run_stage<T>(k, local, out);
-      for (std::size_t i = 0; i < nx; ++i) next[i] = v[(k + 1) * kBlock + i] = -out[i];
+      for (const auto i : up_to(nx)) next[i] = v[(k + 1) * kBlock + i] = -out[i];
       run_stage<T>(k, local, out);
       std::ranges::fill(std::span(out).first(nx), T(0.0));
       std::copy_n(out.begin(), kRows, rows.begin() + static_cast<std::ptrdiff_t>(k * kRows));
@@ -803,9 +805,9 @@ class StageGame : public Problem {
   [[nodiscard]] bool record_wide(std::span<const double> v, std::size_t k) {
     if (kTakesPoints || h_.memory > 0 || k + kLanes > h_.stages) return false;
     wide_local_.resize(locals_);
-    for (std::size_t l = 0; l < kLanes; ++l) {
+    for (const auto l : up_to(kLanes)) {
       gather<double>(v, k + l, local_);
-      for (std::size_t i = 0; i < locals_; ++i) wide_local_[i][l] = local_[i];
+      for (const auto i : up_to(locals_)) wide_local_[i][l] = local_[i];
     }
     using Wide = autodiff::TapedLanes<kLanes>;
     return wide_tape_->record_at(wide_local_, [&](std::span<const Wide> in, std::span<Wide> out) {
@@ -847,7 +849,7 @@ class StageGame : public Problem {
       gather<double>(v, valued_, local_);
       plain_.assign(local_.begin(), local_.end());
       run_stage<Plain>(valued_, plain_, out);
-      for (std::size_t j = 0; j < kRows; ++j) rows_[valued_ * kRows + j] = out[j].value();
+      for (const auto j : up_to(kRows)) rows_[valued_ * kRows + j] = out[j].value();
       objective_ += out[kRows].value();
     }
     if (valued_ >= count) return;
@@ -855,7 +857,7 @@ class StageGame : public Problem {
     const auto end = v.subspan(h_.stages * kBlock);
     plain_.assign(end.begin(), end.end());
     run_end<Plain>(plain_, last);
-    for (std::size_t j = 0; j < nt; ++j) rows_[h_.stages * kRows + j] = last[j].value();
+    for (const auto j : up_to(nt)) rows_[h_.stages * kRows + j] = last[j].value();
     objective_ += last[nt].value();
     ++valued_;
   }
@@ -867,7 +869,7 @@ class StageGame : public Problem {
       std::ranges::fill(gradient_, 0.0);
     }
     const auto put = [&](std::size_t k, auto value_of) {
-      for (std::size_t e = 0; e < stage_pattern_.jacobian.size(); ++e) {
+      for (const auto e : up_to(stage_pattern_.jacobian.size())) {
         const auto& [row, col] = stage_pattern_.jacobian[e];
         const Index i = global(k, static_cast<std::size_t>(col));
         if (i < 0) continue;
@@ -881,7 +883,7 @@ class StageGame : public Problem {
       if (record_wide(v, derived_)) {
         wide_values_.assign(stage_pattern_.jacobian.size(), {});
         wide_tape_->jacobian_at(0, kRows + 1, wide_values_);
-        for (std::size_t l = 0; l < kLanes; ++l)
+        for (const auto l : up_to(kLanes))
           put(derived_ + l, [&](std::size_t e) { return wide_values_[e][l]; });
         derived_ += kLanes;
         continue;
@@ -897,7 +899,7 @@ class StageGame : public Problem {
     record_end(v);
     stage_values_.assign(end_pattern_.jacobian.size(), 0.0);
     end_tape_->jacobian(0, nt + 1, stage_values_);
-    for (std::size_t e = 0; e < stage_values_.size(); ++e) {
+    for (const auto e : up_to(stage_values_.size())) {
       const auto& [row, col] = end_pattern_.jacobian[e];
       if (row < index(nt))
         jacobian_[derived_entries_++] = stage_values_[e];
@@ -967,8 +969,8 @@ class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
   [[nodiscard]] bool is_concurrent() const override { return true; }
   [[nodiscard]] Determined determined() const override {
     Determined found;
-    for (std::size_t k = 0; k < this->horizon().stages; ++k) {
-      for (std::size_t i = 0; i < Game::nx; ++i) {
+    for (const auto k : this->up_to(this->horizon().stages)) {
+      for (const auto i : this->up_to(Game::nx)) {
         found.variables.push_back(this->state(k + 1, i));
         found.constraints.push_back(static_cast<Index>(k * Game::kRows + i));
       }

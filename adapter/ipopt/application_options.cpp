@@ -1,6 +1,5 @@
 #include <IpJournalist.hpp>
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -12,7 +11,6 @@
 #include <sstream>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/exact_options.hpp"
@@ -119,7 +117,7 @@ std::optional<int> parse_integer(const std::string& text) {
   return value;
 }
 
-std::string interval_of(const Ipopt::RegisteredOption& option) {
+std::string interval_of(const RegisteredOption& option) {
   const bool number = option.Type() == Ipopt::OT_Number;
   std::ostringstream text;
   text.imbue(std::locale::classic());
@@ -142,7 +140,7 @@ std::string interval_of(const Ipopt::RegisteredOption& option) {
 }
 
 /// The option whose name is nearest, empty when none is near.
-std::string similar_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
+std::string similar_option(const std::string& name, const RegisteredOptions& registry) {
   std::string nearest;
   std::size_t least = 1 + std::min<std::size_t>(3, (name.size() + 1) / 3);
   constexpr std::size_t kLongest = 100;
@@ -165,16 +163,15 @@ bool is_set_to(const Value& value, Get get) {
 
 }  // namespace
 
-std::string unknown_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
+std::string unknown_option(const std::string& name, const RegisteredOptions& registry) {
   const std::string similar = similar_option(name, registry);
   return "unknown option \"" + name + "\"" +
          (similar.empty() ? "" : "; did you mean " + similar + "?");
 }
 
 std::string set_option(const std::string& name, const std::string& text,
-                       Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
-                       bool allow_clobber) {
-  const Ipopt::SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(name);
+                       RegisteredOptions& registry, OptionsList& list, bool allow_clobber) {
+  const Ipopt::SmartPtr<const RegisteredOption> option = registry.GetOption(name);
   if (IsNull(option)) return unknown_option(name, registry);
   const std::string setting = name + " = " + text;
   bool done = false;
@@ -216,7 +213,7 @@ namespace {
 
 // --- Typed values --------------------------------------------------------------------------------
 
-void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverOptions& options) {
+void copy_option(const OptionInfo& info, const OptionsList& list, SolverOptions& options) {
   const std::string name(info.name);
   if (const auto* number = std::get_if<Number>(&info.kind)) {
     double value = 0.0;
@@ -243,7 +240,7 @@ void add_ipopt_only_linear_solvers(OptionInfo& info) {
   choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
 }
 
-void register_row(Ipopt::RegisteredOptions& registry, OptionInfo info) {
+void register_row(RegisteredOptions& registry, OptionInfo info) {
   if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
   register_option(registry, info);
 }
@@ -254,13 +251,13 @@ std::array<std::span<const OptionInfo>, 3> option_tables() {
   return {option_table(), application_option_table(), ipopt_only_options()};
 }
 
-void register_options(Ipopt::RegisteredOptions& registry) {
+void register_options(RegisteredOptions& registry) {
   for (const auto table : option_tables()) {
     for (const OptionInfo& info : table) register_row(registry, info);
   }
 }
 
-Ipopt::SmartPtr<const Ipopt::RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
+Ipopt::SmartPtr<const RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
   const auto known = RegisteredOptions::GetOption(name);
   if (IsValid(known)) return known;
   const std::string own = name.substr(name.rfind('.') + 1);  // a prefix ends with a dot
@@ -387,8 +384,7 @@ const std::vector<OptionInfo>& application_option_table() {
 }
 
 std::string read_options(std::istream& input, const std::string& source,
-                         Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
-                         bool allow_clobber) {
+                         RegisteredOptions& registry, OptionsList& list, bool allow_clobber) {
   Tokenizer tokens(input);
   const auto error_at = [&](int line, const std::string& text) {
     return source + ", line " + std::to_string(line) + ": " + text;
@@ -407,7 +403,7 @@ std::string read_options(std::istream& input, const std::string& source,
   return {};
 }
 
-std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options) {
+std::string solver_options(const OptionsList& list, SolverOptions& options) {
   try {
     const MayBeSet may_be_set(list);
     bool as_printed_asked = false;

@@ -1,10 +1,7 @@
 #include <IpJournalist.hpp>
-#include <IpOptionsList.hpp>
-#include <IpRegOptions.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <random>
@@ -14,10 +11,12 @@
 #include "adapter/control/horizon_shift.hpp"
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/cross_check.hpp"
+#include "adapter/ipopt/log.hpp"
 #include "adapter/ipopt/status.hpp"
 #include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 
@@ -25,6 +24,7 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 using Ipopt::SmartPtr;
+using log::format;
 
 namespace {
 
@@ -40,18 +40,11 @@ class ProblemView final : public Restructured {
  public:
   using Restructured::Restructured;
   void negate_objective() { sign_ = -1.0; }
-  void start_from(std::vector<double> v) { start_.v = std::move(v); }
-  /// Signs of Result.
-  void start_from(const IpoptAnswer& answer) { start_ = answer; }
+  void start_from(std::vector<double> v) { start_ = std::move(v); }
 
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    if (start_.v.empty()) return Restructured::starting_point(start);
-    std::ranges::copy(start_.v, start.v.begin());
-    if (start.needs_multipliers) {
-      std::ranges::copy(start_.lambda, start.lambda.begin());
-      std::ranges::copy(start_.z_lower, start.z_lower.begin());
-      std::ranges::copy(start_.z_upper, start.z_upper.begin());
-    }
+    if (start_.empty()) return Restructured::starting_point(start);
+    std::ranges::copy(start_, start.v.begin());
     return true;
   }
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
@@ -77,7 +70,7 @@ class ProblemView final : public Restructured {
   }
 
  private:
-  IpoptAnswer start_;
+  std::vector<double> start_;
   double sign_ = 1.0;
 };
 
@@ -112,8 +105,8 @@ PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
 
 std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& options) {
   const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
-  const SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, silent);
+  const SmartPtr<RegisteredOptions> registry = new OptionRegistry();
+  const SmartPtr<OptionsList> list = new OptionsList(registry, silent);
   std::string text;
   for (const OptionSetting& setting : settings.options) {
     if (IsValid(registry->GetOption(setting.first)) && find_option(setting.first) == nullptr) {
@@ -126,8 +119,8 @@ std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& 
   return solver_options(*list, options);
 }
 
-SmartPtr<Ipopt::RegisteredOptions> ipopt_registry() {
-  const SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+SmartPtr<RegisteredOptions> ipopt_registry() {
+  const SmartPtr<RegisteredOptions> registry = new RegisteredOptions();
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
   return registry;
 }
@@ -135,7 +128,7 @@ SmartPtr<Ipopt::RegisteredOptions> ipopt_registry() {
 /// The settings that Ipopt gets, as an options file. inner: for the maximizations over y, which
 /// choose start, bounds and barrier themselves.
 std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
-  const SmartPtr<Ipopt::RegisteredOptions> registry = ipopt_registry();
+  const SmartPtr<RegisteredOptions> registry = ipopt_registry();
   std::string text;
   for (const OptionSetting& setting : settings.options) {
     const std::string& name = setting.first;
@@ -152,7 +145,7 @@ std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
   return text;
 }
 
-void set_from_text(Ipopt::OptionsList& list, const std::string& text) {
+void set_from_text(OptionsList& list, const std::string& text) {
   const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
   std::istringstream input(text);
   list.ReadFromStream(*silent, input);
@@ -161,7 +154,7 @@ void set_from_text(Ipopt::OptionsList& list, const std::string& text) {
 /// What Ipopt says against the settings, empty when nothing.
 std::string check_ipopt_options(const std::string& text) {
   const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(ipopt_registry(), silent);
+  const SmartPtr<OptionsList> list = new OptionsList(ipopt_registry(), silent);
   try {
     set_from_text(*list, text);
   } catch (const Ipopt::IpoptException& error) {
@@ -214,8 +207,12 @@ void negate(IpoptAnswer& answer) {
 
 /// This solver's second-order test at Ipopt's point: a warm start without an iteration.
 Certificate certify(Problem& problem, const IpoptAnswer& answer, SolverOptions options) {
-  ProblemView view(problem);
-  view.start_from(answer);
+  Result start;
+  start.v = answer.v;
+  start.lambda = answer.lambda;
+  start.z_lower = answer.z_lower;
+  start.z_upper = answer.z_upper;
+  AtResult view(problem, &start);
   constexpr double kTiny = std::numeric_limits<double>::min();
   warm_start(options, kTiny);  // mu_init is raised to the final barrier parameter
   options.warm_start_mult_init_max = 1e20;
@@ -267,7 +264,7 @@ class InnerMaximization {
     const auto is_free = [&](std::size_t i) {
       return s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i];
     };
-    for (std::size_t i = 0; i < v.size(); ++i) {
+    for (const auto i : indices(v)) {
       if (is_free(i)) free_.push_back(i);
     }
     depends_on_y_.assign(s.constraint_lower.size(), false);
@@ -317,7 +314,7 @@ class InnerMaximization {
     double f = 0.0;
     if (problem_.objective(v, true, f)) range_.see(f);
     if (g_.empty() || !problem_.constraints(v, true, g_)) return;
-    for (std::size_t j = 0; j < g_.size(); ++j) row_ranges_[j].see(g_[j]);
+    for (const auto j : indices(g_)) row_ranges_[j].see(g_[j]);
   }
 
   /// v with y moved by up to radius times its lengths within its bounds.
@@ -338,7 +335,7 @@ class InnerMaximization {
     if (g_.empty()) return 0.0;
     if (!problem_.constraints(v, true, g_)) return kInfinity;
     double worst = 0.0;
-    for (std::size_t j = 0; j < g_.size(); ++j) {
+    for (const auto j : indices(g_)) {
       const double excess = std::max(s.constraint_lower[j] - g_[j], g_[j] - s.constraint_upper[j]);
       if (depends_on_y_[j] && excess > 0.0)
         worst = std::max(worst, excess / row_ranges_[j].resolution(kFeasible));
@@ -358,13 +355,13 @@ class InnerMaximization {
       s.variable_lower[i] = std::max(problem_.structure().variable_lower[i], v_[i] - r);
       s.variable_upper[i] = std::min(problem_.structure().variable_upper[i], v_[i] + r);
     }
-    for (std::size_t j = 0; j < depends_on_y_.size(); ++j) {
+    for (const auto j : indices(depends_on_y_)) {
       if (depends_on_y_[j]) continue;
       s.constraint_lower[j] = -kInfinity;
       s.constraint_upper[j] = kInfinity;
     }
     view.start_from(std::move(from));
-    IpoptAnswer answer = solve_with_ipopt(view, [&](Ipopt::OptionsList& list) {
+    IpoptAnswer answer = solve_with_ipopt(view, [&](OptionsList& list) {
       list.SetIntegerValue("max_iter", 300);
       list.SetNumericValue("bound_relax_factor", 0.0);
       // A larger barrier would hold y in the middle of its box, which is y*.
@@ -399,13 +396,6 @@ class InnerMaximization {
 
 // --- Report
 // ---------------------------------------------------------------------------------------
-
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  std::array<char, 256> line{};
-  std::snprintf(line.data(), line.size(), pattern, arguments...);
-  return line.data();
-}
 
 std::string comparison_report(const CrossCheck& check) {
   const Result& ours = check.ours;
@@ -540,7 +530,7 @@ CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& se
   const bool maximization = check.variables > 0 && check.min_variables == 0;
   ProblemView view(problem);
   if (maximization) view.negate_objective();
-  check.ipopt = solve_with_ipopt(view, [&](Ipopt::OptionsList& list) {
+  check.ipopt = solve_with_ipopt(view, [&](OptionsList& list) {
     list.SetStringValue("honor_original_bounds", "no");  // as here; Ipopt 3.11 projects otherwise
     set_from_text(list, ipopt_options);
   });

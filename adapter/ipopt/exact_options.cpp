@@ -1,10 +1,10 @@
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
 
 #include "adapter/ipopt/exact_options.hpp"
+#include "adapter/ipopt/spelling.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -15,13 +15,6 @@ double as_listed(double value) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), "%g", value);
   return std::strtod(text.data(), nullptr);
-}
-
-std::string lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return text;
 }
 
 }  // namespace

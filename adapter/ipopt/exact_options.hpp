@@ -7,16 +7,14 @@
 #include <string_view>
 #include <vector>
 
-#include <IpOptionsList.hpp>
-
-#include "ipopt_version.hpp"
+#include "option_registry.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Ipopt's list of options, of whose numbers Ipopt keeps six digits as text in the C locale of the
 /// moment. This one keeps the numbers too.
-class ExactOptionsList : public Ipopt::OptionsList {
+class ExactOptionsList : public OptionsList {
  public:
   using Ipopt::OptionsList::OptionsList;
 
@@ -95,7 +93,7 @@ class ExactOptionsList : public Ipopt::OptionsList {
 /// Which options may be set in a list: any in a list of another class.
 class MayBeSet {
  public:
-  explicit MayBeSet(const Ipopt::OptionsList& list)
+  explicit MayBeSet(const OptionsList& list)
       : exact_(dynamic_cast<const ExactOptionsList*>(&list)) {}
   [[nodiscard]] bool operator()(std::string_view name) const {
     return exact_ == nullptr || exact_->may_be_set(name);

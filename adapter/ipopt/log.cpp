@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <sstream>
 #include <string_view>
-#include <vector>
 
 #include "adapter/ipopt/ipopt_version.hpp"
 #include "adapter/ipopt/log.hpp"
 #include "core/answer.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/status_table.hpp"
 #include "core/robust/robust_scope.hpp"
 #include "core/version.h"
@@ -17,13 +17,8 @@
 #include "linalg/numbers.hpp"
 
 namespace ipminmax::log {
-namespace {
 
-#if defined(__GNUC__)
-__attribute__((format(printf, 1, 2)))
-#endif
-std::string
-format(const char* pattern, ...) {
+std::string format(const char* pattern, ...) {
   std::va_list arguments;
   va_start(arguments, pattern);
   std::va_list again;
@@ -35,6 +30,8 @@ format(const char* pattern, ...) {
   va_end(again);
   return text;
 }
+
+namespace {
 
 std::string log10_or_dash(double value) {
   return value > 0.0 ? format("%.1f", std::log10(value)) : "-";
@@ -59,7 +56,7 @@ struct BoundCounts {
   BoundCounts(const std::vector<double>& lower, const std::vector<double>& upper,
               const std::vector<Player>& players, const SolverOptions& options) {
     PerPlayer free;
-    for (std::size_t i = 0; i < players.size(); ++i) {
+    for (const auto i : indices(players)) {
       const bool has_lower = lower[i] > options.nlp_lower_bound_inf;
       const bool has_upper = upper[i] < options.nlp_upper_bound_inf;
       PerPlayer& kind = has_lower && has_upper ? (lower[i] == upper[i] ? equal : both)
@@ -479,7 +476,7 @@ std::string work(const Result& result) {
 std::string ipopt_work(const Result& result, const ProblemStructure& structure) {
   const Counts& counts = result.counts;
   bool has_equations = false, has_inequalities = false;
-  for (std::size_t j = 0; j < structure.constraint_lower.size(); ++j) {
+  for (const auto j : indices(structure.constraint_lower)) {
     const bool equation = structure.constraint_lower[j] == structure.constraint_upper[j];
     (equation ? has_equations : has_inequalities) = true;
   }

@@ -18,6 +18,13 @@
 /// The texts of the console log, in Ipopt's layout. Plain ASCII; every text ends with a line end.
 namespace ipminmax::log {
 
+/// As std::printf prints it.
+#if defined(__GNUC__)
+__attribute__((format(printf, 1, 2)))
+#endif
+[[nodiscard]] std::string
+format(const char* pattern, ...);
+
 /// Name, version and licence of the program.
 [[nodiscard]] std::string banner();
 

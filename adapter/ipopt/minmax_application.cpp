@@ -1,8 +1,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <IpOptionsList.hpp>
-#include <IpRegOptions.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -16,7 +14,6 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 #include <utility>
 
@@ -35,10 +32,10 @@
 #include "core/answer.hpp"
 #include "core/diagnostics/remarks.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/search/result_arrays.hpp"
 #include "core/solver.hpp"
-#include "core/worst_case.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -92,7 +89,7 @@ std::string library_option(LinearSolver solver) {
 /// The library of a solver that is loaded. Ipopt's users have linear_solver ma57 in their files:
 /// where nobody names a library and there is none, it means auto; one that is named has to be
 /// there.
-void choose_solver_library(const Ipopt::OptionsList& list, Settings& settings) {
+void choose_solver_library(const OptionsList& list, Settings& settings) {
   LinearSolver& solver = settings.solver.linear_solver;
   const std::string option = library_option(solver);
   if (option.empty()) return;
@@ -113,7 +110,7 @@ void choose_solver_library(const Ipopt::OptionsList& list, Settings& settings) {
   solver = LinearSolver::Auto;
 }
 
-Settings read_settings(const Ipopt::OptionsList& list) {
+Settings read_settings(const OptionsList& list) {
   const MayBeSet may_be_set(list);
   const auto flag = [&](const char* name) {  // all are off by default
     bool value = false;
@@ -198,7 +195,7 @@ double system_seconds() {
 /// Largest violation of the variables' own bounds.
 double bound_violation(const ProblemStructure& structure, const std::vector<double>& v) {
   double largest = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  for (const auto i : indices(v)) {
     largest =
         std::max({largest, structure.variable_lower[i] - v[i], v[i] - structure.variable_upper[i]});
   }
@@ -235,8 +232,8 @@ std::string stop_note(Ipopt::TNLP& model, const Result& result) {
 struct MinMaxApplication::Implementation {
   MinMaxApplication& application;
   SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist();
-  SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
-  SmartPtr<Ipopt::OptionsList> list = new ExactOptionsList(registry, journalist);
+  SmartPtr<RegisteredOptions> registry = new OptionRegistry();
+  SmartPtr<OptionsList> list = new ExactOptionsList(registry, journalist);
   SmartPtr<Ipopt::TNLP> model;
   std::optional<MinMaxStatistics::Extra> solved;  ///< with result for statistics
   SmartPtr<MinMaxStatistics> statistics;          ///< once asked for
@@ -799,8 +796,8 @@ MinMaxApplication::MinMaxApplication(bool create_console_out, bool create_empty)
     : implementation_(
           std::make_unique<Implementation>(*this, create_console_out && !create_empty)) {}
 
-MinMaxApplication::MinMaxApplication(const SmartPtr<Ipopt::RegisteredOptions>& registry,
-                                     const SmartPtr<Ipopt::OptionsList>& options,
+MinMaxApplication::MinMaxApplication(const SmartPtr<RegisteredOptions>& registry,
+                                     const SmartPtr<OptionsList>& options,
                                      const SmartPtr<Ipopt::Journalist>& journalist)
     : implementation_(std::make_unique<Implementation>(*this, false)) {
   implementation_->registry = registry;
@@ -818,12 +815,11 @@ SmartPtr<MinMaxApplication> MinMaxApplication::clone() const {
                                implementation_->journalist);
 }
 
-void MinMaxApplication::RegisterAllIpoptOptions(
-    const SmartPtr<Ipopt::RegisteredOptions>& registry) {
+void MinMaxApplication::RegisterAllIpoptOptions(const SmartPtr<RegisteredOptions>& registry) {
   register_options(*registry);
 }
 
-void MinMaxApplication::RegisterOptions(const SmartPtr<Ipopt::RegisteredOptions>& registry) {
+void MinMaxApplication::RegisterOptions(const SmartPtr<RegisteredOptions>& registry) {
   register_options(*registry);
 }
 
@@ -852,15 +848,15 @@ ApplicationReturnStatus MinMaxApplication::Initialize(std::istream& options, boo
   return implementation_->initialize(options, "options", allow_clobber);
 }
 
-SmartPtr<Ipopt::OptionsList> MinMaxApplication::Options() { return implementation_->list; }
+SmartPtr<OptionsList> MinMaxApplication::Options() { return implementation_->list; }
 
-SmartPtr<const Ipopt::OptionsList> MinMaxApplication::Options() const {
+SmartPtr<const OptionsList> MinMaxApplication::Options() const {
   return ConstPtr(implementation_->list);
 }
 
 SmartPtr<Ipopt::Journalist> MinMaxApplication::Jnlst() { return implementation_->journalist; }
 
-SmartPtr<Ipopt::RegisteredOptions> MinMaxApplication::RegOptions() {
+SmartPtr<RegisteredOptions> MinMaxApplication::RegOptions() {
   static_cast<void>(implementation_->registry->RegisteredOptionsList());  // all are in it
   return implementation_->registry;
 }
@@ -951,8 +947,7 @@ namespace {
 
 /// Loads the model and asks about it; returns why that cannot be done, empty when it was.
 template <class Ask>
-std::string ask_about(const SmartPtr<Ipopt::TNLP>& model, const Ipopt::OptionsList& list,
-                      const Ask& ask) {
+std::string ask_about(const SmartPtr<Ipopt::TNLP>& model, const OptionsList& list, const Ask& ask) {
   if (IsNull(model)) return "the model is null";
   SolverOptions options;
   if (auto error = solver_options(list, options); !error.empty()) return error;

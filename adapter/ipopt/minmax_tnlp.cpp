@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "adapter/ipopt/minmax_tnlp.hpp"
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -23,7 +24,7 @@ void give(const IndexList& list, Index size, std::vector<std::ptrdiff_t>& first_
           Player* players) {
   const auto name = [&] { return std::string("SplitTNLP: ") + list.name; };
   first_place.assign(at(size), -1);
-  for (std::size_t k = 0; k < list.indices.size(); ++k) {
+  for (const auto k : indices(list.indices)) {
     const Index i = list.indices[k];
     if (i < 0 || i >= size) {
       THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP,

@@ -27,15 +27,8 @@ Kinds(Cases...) -> Kinds<Cases...>;
 
 constexpr int kLeast = std::numeric_limits<int>::min(), kMost = std::numeric_limits<int>::max();
 
-std::string text_of(double value) {
-  if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
-void add_number(Ipopt::RegisteredOptions& registry, const std::string& name,
-                const std::string& text, const Number& o) {
+void add_number(RegisteredOptions& registry, const std::string& name, const std::string& text,
+                const Number& o) {
   const bool bounded_below = std::isfinite(o.lower);
   const bool bounded_above = std::isfinite(o.upper);
   if (bounded_below && bounded_above) {
@@ -50,8 +43,8 @@ void add_number(Ipopt::RegisteredOptions& registry, const std::string& name,
   }
 }
 
-void add_integer(Ipopt::RegisteredOptions& registry, const std::string& name,
-                 const std::string& text, const Integer& o) {
+void add_integer(RegisteredOptions& registry, const std::string& name, const std::string& text,
+                 const Integer& o) {
   if (o.lower > kLeast && o.upper < kMost) {
     registry.AddBoundedIntegerOption(name, text, o.lower, o.upper, o.by_default);
   } else if (o.lower > kLeast) {
@@ -65,7 +58,12 @@ void add_integer(Ipopt::RegisteredOptions& registry, const std::string& name,
 
 }  // namespace
 
-void register_option(Ipopt::RegisteredOptions& registry, const OptionInfo& info) {
+std::string text_of(double value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+void register_option(RegisteredOptions& registry, const OptionInfo& info) {
   registry.SetRegisteringCategory(std::string(info.category));
   const std::string name(info.name), text(info.text);
   std::visit(
@@ -112,7 +110,7 @@ std::string default_of(const OptionInfo& info) {
                     info.kind);
 }
 
-std::optional<std::string> value_of(const OptionInfo& info, const Ipopt::OptionsList& list) {
+std::optional<std::string> value_of(const OptionInfo& info, const OptionsList& list) {
   const std::string name(info.name);
   if (std::holds_alternative<Number>(info.kind)) {
     double value = 0.0;

@@ -7,7 +7,6 @@
 #include "adapter/ipopt/ipopt_only_options.hpp"
 #include "adapter/ipopt/option_registry.hpp"
 #include "adapter/ipopt/options_documentation.hpp"
-#include "core/options.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -74,19 +73,14 @@ std::string markdown_row(const OptionInfo& option) {
 std::string advice_table(const std::vector<IpoptOptionAdvice>& table) {
   std::string text = "\n| option | what to know |\n|---|---|\n";
   const std::vector<OptionInfo> options = list_options();
-  std::string_view last;  // options in a row with the same advice stand in one row
-  std::string names;
-  const auto end_row = [&] {
-    if (!names.empty()) text += "| " + names + " | " + escaped(last) + " |\n";
-    names.clear();
-  };
   for (const IpoptOptionAdvice& row : table) {
-    if (std::ranges::find(options, row.name, &OptionInfo::name) != options.end()) continue;
-    if (row.advice != last) end_row();
-    last = row.advice;
-    names += (names.empty() ? "`" : ", `") + std::string(row.name) + "`";
+    std::string names;
+    for (const std::string_view name : row.names) {
+      if (std::ranges::find(options, name, &OptionInfo::name) == options.end())
+        names += (names.empty() ? "`" : ", `") + std::string(name) + "`";
+    }
+    if (!names.empty()) text += "| " + names + " | " + escaped(row.advice) + " |\n";
   }
-  end_row();
   return text;
 }
 
@@ -178,7 +172,7 @@ std::string options_markdown() {
   return text;
 }
 
-std::string user_options_text(const Ipopt::OptionsList& list) {
+std::string user_options_text(const OptionsList& list) {
   std::string text = padded("Name", 34) + padded("Value", 26) + "used\n";
   const auto row = [&](const std::string& name, const std::string& value, bool used) {
     text += padded(name, 34) + padded(value, 26) + (used ? "yes" : "no") + "\n";

@@ -3,10 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <IpOptionsList.hpp>
-
-#include "../../core/options.hpp"
-#include "ipopt_version.hpp"
+#include "option_registry.hpp"
 
 /// @file
 /// The documentation of all options, made from the tables that also register them.
@@ -24,7 +21,7 @@ inline namespace IPMINMAX_IPOPT_ABI {
 [[nodiscard]] std::string options_markdown();
 
 /// The options that were set, one line each: name, value, and whether it has an effect here.
-[[nodiscard]] std::string user_options_text(const Ipopt::OptionsList& list);
+[[nodiscard]] std::string user_options_text(const OptionsList& list);
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

@@ -1,19 +1,15 @@
 #include <fcntl.h>
 
-#include <cerrno>
 #include <cstring>
 
 #include "adapter/ipopt/output_file.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
-namespace {
 
 std::string cannot_write(const std::string& file, int error) {
   return "cannot write " + file + ": " + std::strerror(error);
 }
-
-}  // namespace
 
 int open_to_write(const std::string& file, int flags) {
   constexpr mode_t kMode = 0666;  // what the umask leaves

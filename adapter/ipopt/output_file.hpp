@@ -12,6 +12,9 @@
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
+/// The message about it; error: an errno.
+[[nodiscard]] std::string cannot_write(const std::string& file, int error);
+
 /// A descriptor to write the file with; -1: none, see errno. A pipe has to have a reader already,
 /// as opening would else wait for one.
 [[nodiscard]] int open_to_write(const std::string& file, int flags);

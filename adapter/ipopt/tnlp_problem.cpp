@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "adapter/ipopt/tnlp_problem.hpp"
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -26,7 +27,7 @@ T* address(std::vector<T>& values) {
 
 /// What is wrong with owners that a model has written, if anything.
 std::string not_a_player(const char* method, const char* kind, const std::vector<Player>& players) {
-  for (std::size_t i = 0; i < players.size(); ++i) {
+  for (const auto i : indices(players)) {
     if (players[i] == Player::Min || players[i] == Player::Max) continue;
     return std::string(method) + " gives " + kind + " " + std::to_string(i) + " the owner " +
            std::to_string(static_cast<int>(players[i])) + ", which is no player";
@@ -62,7 +63,7 @@ struct StructureCall {
   /// 0-based. Returns what is wrong when an entry is outside the matrix.
   [[nodiscard]] std::string read(std::vector<Triplet>& triplets) const {
     triplets.resize(rows.size());
-    for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (const auto k : indices(rows)) {
       if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count)) {
         triplets.clear();
         return error_of(k);
@@ -90,7 +91,7 @@ std::string players_of_metadata(const Ipopt::TNLP::IntegerMetaDataMapType& integ
     return metadata + " has " + std::to_string(values.size()) + " values for " +
            std::to_string(players.size()) + " " + what + "s";
   }
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  for (const auto i : indices(values)) {
     if (values[i] != 0 && values[i] != 1) {
       return metadata + " is " + std::to_string(values[i]) + " at index " + std::to_string(i) +
              "; it must be 0 (Min) or 1 (Max)";
