@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -82,7 +83,7 @@ class Cursor {
     if (length < 0 || left() < at(length) + (binary_ ? 0 : 2))
       fail("a string of " + std::to_string(length) + " characters");
     if (!binary_ && text_[at_++] != ':') fail("a string without \":\" after its length");
-    const auto begin = text_.begin() + static_cast<std::ptrdiff_t>(at_);
+    const char* begin = text_.data() + at_;
     line_ += static_cast<int>(std::count(begin, begin + length, '\n'));
     at_ += at(length);
     if (binary_) return;
@@ -110,12 +111,10 @@ class Cursor {
   Value bytes() {
     std::array<char, sizeof(Value)> raw;
     if (left() < raw.size()) fail("the file ends within a value");
-    std::copy_n(text_.begin() + static_cast<std::ptrdiff_t>(at_), raw.size(), raw.begin());
+    std::copy_n(text_.data() + at_, raw.size(), raw.begin());
     if (swapped_) std::reverse(raw.begin(), raw.end());
     at_ += raw.size();
-    Value value;
-    std::memcpy(&value, raw.data(), raw.size());
-    return value;
+    return std::bit_cast<Value>(raw);
   }
   int text_integer() {
     skip_blanks();
@@ -588,8 +587,7 @@ NlFormulas read_nl_formulas(const std::string& file) {
 }
 
 std::string with_a_fixed_variable(const std::string& file, const NlFacts& facts) {
-  std::ifstream input(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(input), {}};
+  std::string text = content_of(file);
   std::array parts = {facts.bounds, facts.columns};
   std::ranges::sort(parts, std::greater{}, &NlFacts::Part::begin);  // the last one first
   for (const NlFacts::Part& part : parts) text.erase(part.begin, part.end - part.begin);

@@ -218,7 +218,7 @@ IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
 IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data, Call call) {
   const bool again = call == Call::Again;
   CallbackTNLP& model = *problem.model;
-  const CallbackDefinition& d = model.definition();
+  const CallbackDefinition& d = model.definition;
   if (again && !problem.answered) {
     return stop(problem, Status::InvalidProblem,
                 "IpminmaxSolveAgain needs a last solve with a final point");
@@ -235,11 +235,9 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
   }
 
   model.needs_hessian = asks_for_hessian(problem);
+  if (again) model.start = model.answer;
   model.start.x.assign(out.x, out.x + d.n);
   if (again) {
-    model.start.lambda = model.answer.lambda;
-    model.start.z_lower = model.answer.z_lower;
-    model.start.z_upper = model.answer.z_upper;
     const WarmStart warm(problem);
     if (!is_warm(problem)) {
       return stop(problem, Status::InvalidOption,
@@ -293,16 +291,8 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
                                const int* constraint_players) {
   IpminmaxProblem problem = nullptr;
   attempt(nullptr, [&] {
-    CallbackDefinition d;
-    d.n = n;
-    d.m = m;
-    d.nele_jac = nele_jac;
-    d.nele_hess = nele_hess;
-    d.eval_f = eval_f;
-    d.eval_g = eval_g;
-    d.eval_grad_f = eval_grad_f;
-    d.eval_jac_g = eval_jac_g;
-    d.eval_h = eval_h;
+    CallbackDefinition d{n,           m,      nele_jac,   nele_hess, eval_f,
+                         eval_grad_f, eval_g, eval_jac_g, eval_h};
     std::string error = ipopt_library_error();
     if (error.empty()) error = error_of(d, index_style, variable_players);
     d.index_style =
@@ -367,8 +357,8 @@ int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double
       return "obj_scaling = " + text_of(obj_scaling) + " is not of a size in [" +
              text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
     }
-    auto x = read_scaling(x_scaling, model.definition().n, "x_scaling", error);
-    auto g = read_scaling(g_scaling, model.definition().m, "g_scaling", error);
+    auto x = read_scaling(x_scaling, model.definition.n, "x_scaling", error);
+    auto g = read_scaling(g_scaling, model.definition.m, "g_scaling", error);
     if (!error.empty()) return error;
     model.objective_scaling = obj_scaling;
     model.x_scaling = std::move(x);
@@ -381,7 +371,7 @@ int IpminmaxSetBounds(IpminmaxProblem problem, const double* x_L, const double* 
                       const double* g_L, const double* g_U) {
   return guarded(problem, [&]() -> std::string {
     if (problem->solving) return "the problem is being solved: its bounds cannot change";
-    CallbackDefinition& d = problem->model->definition();
+    CallbackDefinition& d = problem->model->definition;
     std::string error;
     const auto read = [&](const double* values, const std::vector<double>& present,
                           const char* name) {

@@ -22,16 +22,16 @@ inline namespace IPMINMAX_IPOPT_ABI {
 
 /// What IpminmaxCreate was given; arrays have n or m entries.
 struct CallbackDefinition {
-  Index n = 0, m = 0, nele_jac = 0, nele_hess = 0;
+  Index n, m, nele_jac, nele_hess;
+  IpminmaxEval_F_CB eval_f;
+  IpminmaxEval_Grad_F_CB eval_grad_f;
+  IpminmaxEval_G_CB eval_g;
+  IpminmaxEval_Jac_G_CB eval_jac_g;
+  IpminmaxEval_H_CB eval_h;
   Ipopt::TNLP::IndexStyleEnum index_style = Ipopt::TNLP::C_STYLE;
-  std::vector<double> x_lower, x_upper, g_lower, g_upper;
-  std::vector<Player> variable_players;
-  std::vector<Player> constraint_players;  ///< m, or empty: implied
-  IpminmaxEval_F_CB eval_f = nullptr;
-  IpminmaxEval_G_CB eval_g = nullptr;
-  IpminmaxEval_Grad_F_CB eval_grad_f = nullptr;
-  IpminmaxEval_Jac_G_CB eval_jac_g = nullptr;
-  IpminmaxEval_H_CB eval_h = nullptr;
+  std::vector<double> x_lower{}, x_upper{}, g_lower{}, g_upper{};
+  std::vector<Player> variable_players{};
+  std::vector<Player> constraint_players{};  ///< m, or empty: implied
 };
 
 /// Primal and dual variables: n, m, n, n.
@@ -45,13 +45,11 @@ class CallbackTNLP : public MinMaxTNLP,
                      public ModelOverBoxes,
                      public ModelByRows {
  public:
-  explicit CallbackTNLP(CallbackDefinition definition) : d_(std::move(definition)) {}
-
-  [[nodiscard]] const CallbackDefinition& definition() const { return d_; }
-  [[nodiscard]] CallbackDefinition& definition() { return d_; }
+  explicit CallbackTNLP(CallbackDefinition d) : definition(std::move(d)) {}
 
   [[nodiscard]] const BoxFunctions* over_boxes() override { return boxes; }
 
+  CallbackDefinition definition;
   const BoxFunctions* boxes = nullptr;  ///< the functions over boxes, where they are known
   IpminmaxEval_Rows_CB rows = nullptr;
   IpminmaxIntermediate_CB intermediate = nullptr;
@@ -68,11 +66,11 @@ class CallbackTNLP : public MinMaxTNLP,
 
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
                     IndexStyleEnum& index_style) override {
-    n = d_.n;
-    m = d_.m;
-    nnz_jac_g = d_.nele_jac;
-    nnz_h_lag = d_.nele_hess;
-    index_style = d_.index_style;
+    n = definition.n;
+    m = definition.m;
+    nnz_jac_g = definition.nele_jac;
+    nnz_h_lag = definition.nele_hess;
+    index_style = definition.index_style;
     return true;
   }
   bool get_var_con_metadata(Index, StringMetaDataMapType& variable_strings, IntegerMetaDataMapType&,
@@ -84,18 +82,18 @@ class CallbackTNLP : public MinMaxTNLP,
     return true;
   }
   bool get_variable_players(Index, Player* players) override {
-    std::ranges::copy(d_.variable_players, players);
+    std::ranges::copy(definition.variable_players, players);
     return true;
   }
   bool get_constraint_players(Index, Player* players) override {
-    std::ranges::copy(d_.constraint_players, players);
+    std::ranges::copy(definition.constraint_players, players);
     return true;
   }
   bool get_bounds_info(Index, double* x_l, double* x_u, Index, double* g_l, double* g_u) override {
-    copy_to(x_l, d_.x_lower);
-    copy_to(x_u, d_.x_upper);
-    copy_to(g_l, d_.g_lower);
-    copy_to(g_u, d_.g_upper);
+    copy_to(x_l, definition.x_lower);
+    copy_to(x_u, definition.x_upper);
+    copy_to(g_l, definition.g_lower);
+    copy_to(g_u, definition.g_upper);
     return true;
   }
   bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index,
@@ -117,18 +115,20 @@ class CallbackTNLP : public MinMaxTNLP,
     return true;
   }
   bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override {
-    return is_true(d_.eval_f(n, writable(x), new_x, &obj_value, user_data));
+    return is_true(definition.eval_f(n, writable(x), new_x, &obj_value, user_data));
   }
   bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override {
-    return is_true(d_.eval_grad_f(n, writable(x), new_x, grad_f, user_data));
+    return is_true(definition.eval_grad_f(n, writable(x), new_x, grad_f, user_data));
   }
   bool eval_g(Index n, const double* x, bool new_x, Index m, double* values) override {
-    return d_.eval_g == nullptr || is_true(d_.eval_g(n, writable(x), new_x, m, values, user_data));
+    return definition.eval_g == nullptr ||
+           is_true(definition.eval_g(n, writable(x), new_x, m, values, user_data));
   }
   bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* iRow,
                   Index* jCol, double* values) override {
-    return d_.eval_jac_g == nullptr || is_true(d_.eval_jac_g(n, writable(x), new_x, m, nele_jac,
-                                                             iRow, jCol, values, user_data));
+    return definition.eval_jac_g == nullptr ||
+           is_true(definition.eval_jac_g(n, writable(x), new_x, m, nele_jac, iRow, jCol, values,
+                                         user_data));
   }
   bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* which, Index m,
                  double* values_g, Index nele_jac, double* values) override {
@@ -142,9 +142,10 @@ class CallbackTNLP : public MinMaxTNLP,
   bool eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
               const double* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
               double* values) override {
-    if (d_.eval_h == nullptr) return false;
-    const bool done = is_true(d_.eval_h(n, writable(x), new_x, obj_factor, m, writable(lambda),
-                                        new_lambda, nele_hess, iRow, jCol, values, user_data));
+    if (definition.eval_h == nullptr) return false;
+    const bool done =
+        is_true(definition.eval_h(n, writable(x), new_x, obj_factor, m, writable(lambda),
+                                  new_lambda, nele_hess, iRow, jCol, values, user_data));
     if (!done && values == nullptr && needs_hessian) {
       THROW_EXCEPTION(  // Invalid_Option, as in Ipopt
           Ipopt::OPTION_INVALID,
@@ -184,8 +185,6 @@ class CallbackTNLP : public MinMaxTNLP,
   static bool is_true(int returned) { return static_cast<unsigned char>(returned) != 0; }
   /// Ipopt's C callbacks take pointers to non-const and promise not to write.
   static double* writable(const double* values) { return const_cast<double*>(values); }
-
-  CallbackDefinition d_;
 };
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -27,7 +27,7 @@ constexpr const char* kNoCallback =
 
 /// What is wrong with array sizes given to the functions for the current iterate.
 std::string error_of_sizes(const Problem& problem, int n, int m) {
-  const CallbackDefinition& d = problem.model->definition();
+  const CallbackDefinition& d = problem.model->definition;
   if (n != d.n) return "n = " + std::to_string(n) + ", but there are " + std::to_string(d.n);
   if (m != d.m) return "m = " + std::to_string(m) + ", but there are " + std::to_string(d.m);
   return {};
@@ -72,7 +72,7 @@ template <class Ask>
 std::string ask_at(Problem& problem, const double* x, void* user_data, const Ask& ask) {
   if (problem.solving) return "the problem is being solved";
   std::string error;
-  const std::vector<double> v = read_array(x, problem.model->definition().n, "x", error);
+  const std::vector<double> v = read_array(x, problem.model->definition.n, "x", error);
   if (!error.empty()) return error;
   if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
     return problem.application->LastResult().message;

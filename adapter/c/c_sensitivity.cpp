@@ -48,7 +48,7 @@ struct BoundArrays {
 template <class Action>
 int along_bounds(Problem* problem, const BoundArrays& by, Action action) {
   return guarded(problem, [&] {
-    const CallbackDefinition& d = problem->model->definition();
+    const CallbackDefinition& d = problem->model->definition;
     std::string error;
     const auto read = [&](const double* values, Index count, const char* name) {
       return values == nullptr ? std::vector<double>() : read_array(values, count, name, error);
@@ -67,7 +67,7 @@ int after_move(Problem* problem, const double* dx_min, Action action) {
   return guarded(problem, [&] {
     std::string error;
     const std::vector<double> move =
-        read_array(dx_min, problem->model->definition().n, "dx_min", error);
+        read_array(dx_min, problem->model->definition.n, "dx_min", error);
     return with_sensitivity(*problem, error, [&](Sensitivity& of) { action(of, move); });
   });
 }

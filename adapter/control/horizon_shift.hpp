@@ -3,6 +3,7 @@
 #include <IpOptionsList.hpp>
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -87,11 +88,8 @@ class HorizonShift {
       const bool fits = block.begin <= length &&
                         (block.size == 0 || stages_ <= (length - block.begin) / block.size);
       if (!fits) throw std::invalid_argument("a block of stages does not fit");
-      const std::size_t end = block.begin + stages_ * block.size;
-      const auto at = [&](std::size_t i) {
-        return values.begin() + static_cast<std::ptrdiff_t>(i);
-      };
-      std::shift_left(at(block.begin), at(end), static_cast<std::ptrdiff_t>(block.size));
+      const auto part = std::span(values).subspan(block.begin, stages_ * block.size);
+      std::shift_left(part.begin(), part.end(), static_cast<std::ptrdiff_t>(block.size));
     }
   }
 

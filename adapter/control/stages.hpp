@@ -257,8 +257,8 @@ class StageGame : public Problem {
     if (v.empty()) return answer;
     need(v.size() == variables(), "a result: one value per variable");
     const auto cut = [&](std::size_t begin, std::size_t size) {
-      const auto from = v.begin() + static_cast<std::ptrdiff_t>(begin);
-      return std::vector<double>(from, from + static_cast<std::ptrdiff_t>(size));
+      const auto part = std::span(v).subspan(begin, size);
+      return std::vector<double>(part.begin(), part.end());
     };
     std::vector<double> local(locals_);
     for (std::size_t k = 0; k <= h_.stages; ++k) {
@@ -791,12 +791,12 @@ class StageGame : public Problem {
       for (const auto i : up_to(nx)) next[i] = v[(k + 1) * kBlock + i] = -out[i];
       run_stage<T>(k, local, out);
       std::ranges::fill(std::span(out).first(nx), T(0.0));
-      std::copy_n(out.begin(), kRows, rows.begin() + static_cast<std::ptrdiff_t>(k * kRows));
+      std::copy_n(out.begin(), kRows, rows.subspan(k * kRows).begin());
       total += out[kRows];
     }
     std::array<T, nt + 1> last{};
     run_end<T>(v.subspan(h_.stages * kBlock), last);
-    std::copy_n(last.begin(), nt, rows.begin() + static_cast<std::ptrdiff_t>(h_.stages * kRows));
+    std::copy_n(last.begin(), nt, rows.last(nt).begin());
     return total + last[nt];
   }
 
