@@ -11,7 +11,6 @@
 #include <ostream>
 #include <sstream>
 #include <string_view>
-#include <utility>
 
 #include "adapter/ipopt/log.hpp"
 #include "adapter/ipopt/status.hpp"
@@ -171,13 +170,10 @@ void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& wo
   for (const RobustWorstCase& found : worst_cases) {
     if (!found.active || ++active > kMost) continue;
     const bool is_f = found.constraint >= problem.constraints();
-    std::vector<std::pair<std::string, double>> values;
-    for (const int i : log::worst_case_variables(loaded.structure(), found.constraint))
-      values.emplace_back(problem.variable_name(i), found.v[at(i)]);
     out << "\nworst case of "
         << (is_f ? "the objective" : problem.constraint_name(found.constraint)) << ": "
         << std::setprecision(10) << (is_f && problem.maximizes() ? -found.value : found.value)
-        << " at " << log::place_text(values);
+        << " at " << log::place_of(found, loaded.structure());
   }
   if (active > kMost) out << "\n... and " << active - kMost << " more";
 }
@@ -207,8 +203,7 @@ int detailed_result(const Result& result) {
   return at_infinity ? kAtInfinity : row_of(result.status).solve_result;
 }
 
-std::string message_of(const Result& result, const std::vector<RobustWorstCase>& worst_cases,
-                       NlProblem& problem) {
+std::string message_of(const Result& result, NlProblem& problem) {
   std::ostringstream message;
   const bool game = problem.has_player(Player::Max) && problem.has_player(Player::Min);
   const auto spoken = [&](const std::string& text) {
@@ -247,7 +242,7 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   for (std::size_t k = 0; k < std::min(kMostReasons, reasons.size()); ++k) {
     message << "\nreason: " << spoken(reasons[k].text);
   }
-  print_worst_cases(message, worst_cases, problem);
+  print_worst_cases(message, result.worst_cases, problem);
   if (game) {
     message << "\nover all " << (problem.maximizes() ? "y, of the negative objective: " : "y: ")
             << over_y << "\nover x: " << over_x;

@@ -294,7 +294,7 @@ int solve(Command command) {
     problem->halt_where_undefined();
   if (silent) return 0;
   const Result& result = application->LastResult();
-  const std::string message = message_of(result, application->LastWorstCases(), *problem);
+  const std::string message = message_of(result, *problem);
   int print_level = 0;
   application->Options()->GetIntegerValue("print_level", print_level, "");
   // Where Ipopt leaves no file its callers look into the log, if there is one.

@@ -1,7 +1,6 @@
 #include "nl_formulas.hpp"
 #include "core/model/indices.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 #include <string>
 

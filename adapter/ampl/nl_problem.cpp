@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 #include "adapter/ipopt/spelling.hpp"
 #include "checked_file.hpp"
@@ -152,7 +153,7 @@ void NlProblem::require_valid_structure() {
                                " of AMPL's library are wrong");
   };
   const auto is_below = [](auto value, auto size) {
-    return 0 <= value && static_cast<std::size_t>(value) < static_cast<std::size_t>(size);
+    return 0 <= value && std::cmp_less(value, size);
   };
   std::vector<bool> taken(static_cast<std::size_t>(nzc));
   for (int i = 0; i < n_con; ++i)

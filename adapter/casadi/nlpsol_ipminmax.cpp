@@ -17,7 +17,6 @@
 #include <casadi/core/nlpsol_impl.hpp>
 #include <cstdarg>
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 

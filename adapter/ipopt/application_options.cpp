@@ -6,10 +6,7 @@
 #include <istream>
 #include <iterator>
 #include <limits>
-#include <locale>
 #include <optional>
-#include <sstream>
-#include <utility>
 #include <variant>
 
 #include "adapter/ipopt/application_options.hpp"
@@ -117,28 +114,6 @@ std::optional<int> parse_integer(const std::string& text) {
   return value;
 }
 
-std::string interval_of(const RegisteredOption& option) {
-  const bool number = option.Type() == Ipopt::OT_Number;
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  if (!option.HasLower()) {
-    text << "(-inf";
-  } else if (number) {
-    text << (option.LowerStrict() ? '(' : '[') << option.LowerNumber();
-  } else {
-    text << '[' << option.LowerInteger();
-  }
-  text << ", ";
-  if (!option.HasUpper()) {
-    text << "inf)";
-  } else if (number) {
-    text << option.UpperNumber() << (option.UpperStrict() ? ')' : ']');
-  } else {
-    text << option.UpperInteger() << ']';
-  }
-  return text.str();
-}
-
 /// The option whose name is nearest, empty when none is near.
 std::string similar_option(const std::string& name, const RegisteredOptions& registry) {
   std::string nearest;
@@ -180,7 +155,7 @@ std::string set_option(const std::string& name, const std::string& text,
     if (!value) return setting + " is not a number";
     // Ipopt's own check accepts NaN and infinity.
     if (!std::isfinite(*value) || !option->IsValidNumberSetting(*value)) {
-      return setting + " is not in " + interval_of(*option);
+      return setting + " is not in " + range_of(*option);
     }
     done = is_set_to(*value, [&](double& v) { return list.GetNumericValue(name, v, ""); }) ||
            list.SetNumericValue(name, *value, allow_clobber);
@@ -188,7 +163,7 @@ std::string set_option(const std::string& name, const std::string& text,
     const auto value = parse_integer(text);
     if (!value) return setting + " is not an integer";
     if (!option->IsValidIntegerSetting(*value)) {
-      return setting + " is not in " + interval_of(*option);
+      return setting + " is not in " + range_of(*option);
     }
     done = is_set_to(*value, [&](Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
            list.SetIntegerValue(name, *value, allow_clobber);

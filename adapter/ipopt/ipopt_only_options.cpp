@@ -3,7 +3,6 @@
 #include <IpIpoptApplication.hpp>
 #include <algorithm>
 #include <deque>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <variant>
@@ -12,7 +11,6 @@
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_only_options.hpp"
 #include "adapter/ipopt/option_registry.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -29,23 +27,6 @@ struct IpoptOptions {
 /// For ever in the table.
 std::string_view keep(const std::string& text, IpoptOptions& options) {
   return options.texts.emplace_back(text);
-}
-
-OptionInfo::Number number_of(const RegisteredOption& option) {
-  return {.member = nullptr,
-          .lower = option.HasLower() ? option.LowerNumber() : -kInfinity,
-          .upper = option.HasUpper() ? option.UpperNumber() : kInfinity,
-          .lower_strict = !option.HasLower() || option.LowerStrict(),
-          .upper_strict = !option.HasUpper() || option.UpperStrict(),
-          .by_default = option.DefaultNumber()};
-}
-
-OptionInfo::Integer integer_of(const RegisteredOption& option) {
-  using Limits = std::numeric_limits<int>;
-  return {.member = nullptr,
-          .lower = option.HasLower() ? option.LowerInteger() : Limits::min(),
-          .upper = option.HasUpper() ? option.UpperInteger() : Limits::max(),
-          .by_default = option.DefaultInteger()};
 }
 
 OptionInfo::Choice choice_of(const RegisteredOption& option, IpoptOptions& options) {

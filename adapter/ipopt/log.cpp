@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <sstream>
 #include <string_view>
+#include <vector>
 
 #include "adapter/ipopt/ipopt_version.hpp"
 #include "adapter/ipopt/log.hpp"
@@ -80,7 +81,7 @@ std::string name_or_number(const char* kind, const std::vector<std::string>& nam
   return named ? names[at(i)] : kind + std::to_string(i);
 }
 
-std::string certificate_report(const Certificate& certificate, const ProblemStructure* structure) {
+std::string certificate_report(const Certificate& certificate, const ProblemStructure& structure) {
   std::string text = "Second-order test.......: " + std::string(name_of(certificate.second_order)) +
                      "\nReturned point..........: " + std::string(name_of(certificate.kind)) + "\n";
   if (certificate.second_order == SecondOrder::NotTested) return text;
@@ -89,13 +90,10 @@ std::string certificate_report(const Certificate& certificate, const ProblemStru
   text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
   text += format("Curvature, probed by....: %24.16e\n", certificate.margin);
   if (certificate.least_curvature_variable >= 0) {
-    text +=
-        format("Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
-               name_or_number(
-                   "variable ",
-                   structure != nullptr ? structure->variable_names : std::vector<std::string>(),
-                   certificate.least_curvature_variable)
-                   .c_str());
+    text += format(
+        "Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
+        name_or_number("variable ", structure.variable_names, certificate.least_curvature_variable)
+            .c_str());
   }
   if (certificate.finite_differences) {
     text += format("Second derivatives......: finite differences, error estimate %.1e\n",
@@ -338,15 +336,11 @@ std::string multistart_summary(const MultistartResult& result) {
   return text;
 }
 
-std::string place_text(const std::vector<std::pair<std::string, double>>& values) {
-  constexpr std::size_t kMost = 6;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(kMost, values.size()); ++i) {
-    text += (i > 0 ? ", " : "") + values[i].first + format(" = %.6g", values[i].second);
-  }
-  return values.size() > kMost ? text + format(", ... (%zu in all)", values.size()) : text;
-}
+namespace {
 
+/// The variables that say where the worst case of a constraint is: the Max variables that it reads,
+/// of f (beyond the constraints) all; where Max's equations determine these, as dynamics do states,
+/// those that are free instead, as disturbances.
 std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index constraint) {
   const std::size_t n = structure.variable_players.size();
   const bool is_f = at(constraint) >= structure.constraint_players.size();
@@ -371,18 +365,19 @@ std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index
   return found;
 }
 
-namespace {
+}  // namespace
 
 std::string place_of(const RobustWorstCase& found, const ProblemStructure& structure) {
-  std::vector<std::pair<std::string, double>> values;
-  for (const Index variable : worst_case_variables(structure, found.constraint)) {
-    values.emplace_back(name_or_number("variable ", structure.variable_names, variable),
-                        found.v[at(variable)]);
+  constexpr std::size_t kMost = 6;
+  std::string text;
+  std::size_t count = 0;
+  for (const Index i : worst_case_variables(structure, found.constraint)) {
+    if (++count > kMost) continue;
+    text += (count > 1 ? ", " : "") + name_or_number("variable ", structure.variable_names, i) +
+            format(" = %.6g", found.v[at(i)]);
   }
-  return place_text(values);
+  return count > kMost ? text + format(", ... (%zu in all)", count) : text;
 }
-
-}  // namespace
 
 std::string robust_summary(const Result& result, const ProblemStructure& structure) {
   constexpr std::size_t kMostRows = 50;
@@ -406,8 +401,7 @@ std::string robust_summary(const Result& result, const ProblemStructure& structu
   return text;
 }
 
-std::string summary(const Result& result, const ProblemStructure* structure,
-                    std::optional<Index> iterations) {
+std::string summary(const Result& result, const ProblemStructure& structure, Index iterations) {
   const KktError& error = result.error;
   std::string text = format(
       "\nNumber of Iterations....: %d\n\n"
@@ -417,13 +411,12 @@ std::string summary(const Result& result, const ProblemStructure* structure,
       "Constraint violation....: %24.16e\n"
       "Complementarity.........: %24.16e\n"
       "Overall scaled error....: %24.16e\n\n",
-      iterations.value_or(result.iterations), result.objective, error.dual_min, error.dual_max,
-      error.primal, error.complementarity, error.total);
+      iterations, result.objective, error.dual_min, error.dual_max, error.primal,
+      error.complementarity, error.total);
   text += certificate_report(result.certificate, structure);
   const auto [why, point, over_y, over_x] = statements(result);
-  const bool game =
-      structure != nullptr && std::ranges::find(structure->variable_players, Player::Max) !=
-                                  structure->variable_players.end();
+  const bool game = std::ranges::find(structure.variable_players, Player::Max) !=
+                    structure.variable_players.end();
   if (game) text += "Over all y..............: " + over_y + "\n";
   if (game || result.over_x.asked > 1) text += "Over x..................: " + over_x + "\n";
   return text;

@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -647,7 +646,7 @@ struct MinMaxApplication::Implementation {
       printed(J_SOLUTION, [&] { return log::robust_summary(result, problem.structure()); });
     }
     printed(J_SOLUTION, [&] {
-      return log::summary(result, &problem.structure(), as_ipopt ? told - 1 : result.iterations);
+      return log::summary(result, problem.structure(), as_ipopt ? told - 1 : result.iterations);
     });
     if (is_printed(J_SUMMARY, J_SOLUTION)) {
       if (const std::string text = coupled_remark(problem.structure()); !text.empty())

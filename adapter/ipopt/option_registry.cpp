@@ -5,7 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <variant>
-#include <vector>
+
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -99,6 +100,31 @@ std::string range_of(const OptionInfo& info) {
            (o->upper < kMost ? std::to_string(o->upper) + "]" : "inf)");
   }
   return {};
+}
+
+std::string range_of(const RegisteredOption& option) {
+  OptionInfo info{};
+  if (option.Type() == Ipopt::OT_Number)
+    info.kind = number_of(option);
+  else
+    info.kind = integer_of(option);
+  return range_of(info);
+}
+
+Number number_of(const RegisteredOption& option) {
+  return {.member = nullptr,
+          .lower = option.HasLower() ? option.LowerNumber() : -kInfinity,
+          .upper = option.HasUpper() ? option.UpperNumber() : kInfinity,
+          .lower_strict = !option.HasLower() || option.LowerStrict(),
+          .upper_strict = !option.HasUpper() || option.UpperStrict(),
+          .by_default = option.DefaultNumber()};
+}
+
+Integer integer_of(const RegisteredOption& option) {
+  return {.member = nullptr,
+          .lower = option.HasLower() ? option.LowerInteger() : kLeast,
+          .upper = option.HasUpper() ? option.UpperInteger() : kMost,
+          .by_default = option.DefaultInteger()};
 }
 
 std::string default_of(const OptionInfo& info) {

@@ -28,6 +28,10 @@ void register_option(RegisteredOptions& registry, const OptionInfo& info);
 [[nodiscard]] std::string type_of(const OptionInfo& info);
 /// "(0, inf)"; empty unless a number or an integer.
 [[nodiscard]] std::string range_of(const OptionInfo& info);
+/// The same of an option as Ipopt's registry has it.
+[[nodiscard]] std::string range_of(const RegisteredOption& option);
+[[nodiscard]] OptionInfo::Number number_of(const RegisteredOption& option);
+[[nodiscard]] OptionInfo::Integer integer_of(const RegisteredOption& option);
 /// Numbers with the fewest digits that read back as the same.
 [[nodiscard]] std::string default_of(const OptionInfo& info);
 /// The value in the list as default_of writes it; none: it was not set.
