@@ -121,7 +121,11 @@ NlProblem::~NlProblem() {
 void NlProblem::load(int objective) {
   try {
     read();
-    choose_objective(objective);
+    if (objective > n_obj)
+      throw std::runtime_error("objno = " + std::to_string(objective) + ", but the model has " +
+                               std::to_string(n_obj) + " objectives");
+    objective_ = objective < 0 ? (n_obj > 0 ? 0 : -1) : objective - 1;
+    sign_ = objective_ >= 0 && objtype[objective_] ? -1.0 : 1.0;
     read_players();
     hessian_entries_ = static_cast<int>(sphsetup(-1, n_obj > 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
     require_valid_hessian();
@@ -182,25 +186,19 @@ void NlProblem::require_valid_hessian() {
                              ": Hessian indices of AMPL's library are wrong");
 }
 
-int NlProblem::first_integer() const {
+std::string NlProblem::integer_variable() const {
   // Within each group of nonlinear variables, and at the end, the integer ones come last.
-  if (nlvbi > 0) return nlvb - nlvbi;
-  if (nlvci > 0) return nlvc - nlvci;
-  if (nlvoi > 0) return nlvo - nlvoi;
-  return nbv + niv > 0 ? n_var - nbv - niv : -1;
-}
-
-void NlProblem::choose_objective(int objective) {
-  if (objective > n_obj)
-    throw std::runtime_error("objno = " + std::to_string(objective) + ", but the model has " +
-                             std::to_string(n_obj) + " objectives");
-  objective_ = objective < 0 ? (n_obj > 0 ? 0 : -1) : objective - 1;
-  sign_ = objective_ >= 0 && objtype[objective_] ? -1.0 : 1.0;
+  const int first = nlvbi > 0       ? nlvb - nlvbi
+                    : nlvci > 0     ? nlvc - nlvci
+                    : nlvoi > 0     ? nlvo - nlvoi
+                    : nbv + niv > 0 ? n_var - nbv - niv
+                                    : -1;
+  return first < 0 ? std::string() : variable_name(first);
 }
 
 void NlProblem::read_players() {
   for (char* name : {sosno_name, sos_name})
-    if (const SufDesc* sets = suf_get(name, ASL_Sufkind_var); sets->u.i)
+    if (suf_get(name, ASL_Sufkind_var)->u.i)
       throw std::runtime_error("special ordered sets are not supported");
   const auto is_max = [](int value, const char* kind, const char* name) {
     if (value != 0 && value != 1)
@@ -209,26 +207,22 @@ void NlProblem::read_players() {
     return value == 1;
   };
   variable_players_.assign(at(variables()), Player::Min);
-  const SufDesc* players = suf_get(player_name, ASL_Sufkind_var);
-  has_player_suffix_ = players->u.i != nullptr;
-  for (int i = 0; players->u.i && i < n_var; ++i)
-    if (is_max(players->u.i[i], "variable", var_name(i))) variable_players_[at(i)] = Player::Max;
-  players = suf_get(player_name, ASL_Sufkind_con);
-  for (int i = 0; players->u.i && i < n_con; ++i)
-    if (is_max(players->u.i[i], "constraint", con_name(i))) max_constraints_.push_back(i);
-  read_robust();
-}
-
-void NlProblem::read_robust() {
-  const SufDesc* robust = suf_get(robust_name, ASL_Sufkind_con);
+  const int* players = suf_get(player_name, ASL_Sufkind_var)->u.i;
+  has_player_suffix_ = players != nullptr;
+  for (int i = 0; players && i < n_var; ++i)
+    if (is_max(players[i], "variable", var_name(i))) variable_players_[at(i)] = Player::Max;
+  players = suf_get(player_name, ASL_Sufkind_con)->u.i;
+  for (int i = 0; players && i < n_con; ++i)
+    if (is_max(players[i], "constraint", con_name(i))) max_constraints_.push_back(i);
+  const int* robust = suf_get(robust_name, ASL_Sufkind_con)->u.i;
   robust_constraints_ = facts_.listed_as_min;
-  for (int i = 0; robust->u.i && i < n_con; ++i) {
-    if (robust->u.i[i] == 0) continue;
-    if (robust->u.i[i] != 1)
-      throw std::runtime_error(std::string("constraint ") + con_name(i) + ": suffix robust is " +
-                               std::to_string(robust->u.i[i]) + ", not 0 or 1");
+  for (int i = 0; robust && i < n_con; ++i) {
+    if (robust[i] == 0) continue;
+    if (robust[i] != 1)
+      throw std::runtime_error("constraint " + constraint_name(i) + ": suffix robust is " +
+                               std::to_string(robust[i]) + ", not 0 or 1");
     if (std::ranges::find(max_constraints_, i) != max_constraints_.end())
-      throw std::runtime_error(std::string("constraint ") + con_name(i) +
+      throw std::runtime_error("constraint " + constraint_name(i) +
                                ": suffix robust gives it to player 0, suffix player to player 1");
     robust_constraints_.push_back(i);
   }
@@ -338,7 +332,7 @@ void NlProblem::require_linear() {
       const int middle = first + (last - first) / 2;
       (is_linear(from, first, middle) ? first : last) = middle;
     }
-    throw std::runtime_error(std::string("variable ") + var_name(first) +
+    throw std::runtime_error("variable " + variable_name(first) +
                              " is nonlinear, but the header of " + file_ +
                              " counts only the first " + std::to_string(nonlinear) + " of " +
                              std::to_string(n_var) + " variables as nonlinear: wrong file");

@@ -64,10 +64,7 @@ class NlProblem : public MinMaxTNLP,
   /// A suffix of variables whose name is nearly that one; empty without.
   [[nodiscard]] std::string misspelt_suffix() const;
   /// Name of a variable that the model wants integer and that is continuous here; empty without.
-  [[nodiscard]] std::string integer_variable() const {
-    const int first = first_integer();
-    return first < 0 ? std::string() : variable_name(first);
-  }
+  [[nodiscard]] std::string integer_variable() const;
   [[nodiscard]] std::string variable_name(int i) const;
   [[nodiscard]] std::string constraint_name(int i) const;
   [[nodiscard]] const std::vector<Player>& players() const { return variable_players_; }
@@ -135,13 +132,10 @@ class NlProblem : public MinMaxTNLP,
   void load(int objective);
   void read();
   [[nodiscard]] int variables() const;
-  [[nodiscard]] int first_integer() const;
   /// Every index that the library hands over lies within its array, places of the Jacobian once.
   void require_valid_structure();
   void require_valid_hessian();
-  void choose_objective(int objective);
   void read_players();
-  void read_robust();
   [[nodiscard]] std::vector<Player> implied_constraint_players() const;
   void call_everything();
   /// ASL leaves variables out of its derivatives that the header counts as linear: throws when a

@@ -165,21 +165,16 @@ std::string check_ipopt_options(const std::string& text) {
 // --- Two answers to one problem
 // -------------------------------------------------------------------
 
-double largest(const std::vector<double>& values) {
-  double size = 1.0;
-  for (const double value : values) size = std::max(size, std::abs(value));
-  return size;
-}
-
 /// max |a - b| / max(1, largest |b|) over the entries that count.
 template <class Counts>
 double relative_difference(const std::vector<double>& a, const std::vector<double>& b,
                            Counts counts) {
-  double difference = 0.0;
+  double difference = 0.0, size = 1.0;
+  for (const double value : b) size = std::max(size, std::abs(value));
   for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
     if (counts(i)) difference = std::max(difference, std::abs(a[i] - b[i]));
   }
-  return difference / largest(b);
+  return difference / size;
 }
 
 AnswerDifference difference_of(const ProblemStructure& structure, const Result& ours,
@@ -467,10 +462,6 @@ VerdictText text_of(CrossCheckVerdict verdict) {
   return at < kVerdicts.size() ? kVerdicts[at] : VerdictText{"unknown", "unknown"};
 }
 
-Index count_of(const std::vector<Player>& players, Player player) {
-  return static_cast<Index>(std::ranges::count(players, player));
-}
-
 }  // namespace
 
 std::string_view name_of(CrossCheckVerdict verdict) { return text_of(verdict).name; }
@@ -494,7 +485,8 @@ CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& se
   CrossCheck check;
   const ProblemStructure& structure = problem.structure();
   check.variables = static_cast<Index>(structure.variable_players.size());
-  check.min_variables = count_of(structure.variable_players, Player::Min);
+  check.min_variables =
+      static_cast<Index>(std::ranges::count(structure.variable_players, Player::Min));
   check.constraints = static_cast<Index>(structure.constraint_players.size());
   SolverOptions options;
   check.message = read_own_options(settings, options);
