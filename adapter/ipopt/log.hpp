@@ -104,8 +104,8 @@ class StartsProgress {
 /// "y = 0.5, w = -1": the first few of the Max variables that say where a worst case is.
 [[nodiscard]] std::string place_of(const RobustWorstCase& found, const ProblemStructure& structure);
 
-/// The worst cases of robust constraints: constraint, its value there, multiplier, place, and how far
-/// the search over y has come.
+/// The worst cases of robust constraints: constraint, its value there, multiplier, place, and how
+/// far the search over y has come.
 [[nodiscard]] std::string robust_summary(const Result& result, const ProblemStructure& structure);
 
 /// Objective and errors at the returned point, then the certificate. iterations: those that
