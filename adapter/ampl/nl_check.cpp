@@ -111,7 +111,7 @@ class Cursor {
     std::array<char, sizeof(Value)> raw;
     if (left() < raw.size()) fail("the file ends within a value");
     std::copy_n(text_.data() + at_, raw.size(), raw.begin());
-    if (swapped_) std::reverse(raw.begin(), raw.end());
+    if (swapped_) std::ranges::reverse(raw);
     at_ += raw.size();
     return std::bit_cast<Value>(raw);
   }

@@ -73,7 +73,7 @@ class NlProblem : public MinMaxTNLP,
   /// Reads the formulas from the file at the first call.
   [[nodiscard]] const BoxFunctions* over_boxes() override;
   bool get_variable_players(Index, Player* players) override {
-    std::copy(variable_players_.begin(), variable_players_.end(), players);
+    std::ranges::copy(variable_players_, players);
     return true;
   }
   bool get_constraint_players(Index, Player* players) override {
@@ -105,7 +105,7 @@ class NlProblem : public MinMaxTNLP,
   bool eval_grad_f(Index n, const double* x, bool new_x, double* gradient) override;
   bool eval_g(Index, const double* x, bool, Index, double* g) override {
     evaluate(x);
-    std::copy(g_.begin(), g_.end(), g);
+    std::ranges::copy(g_, g);
     return g_is_defined_;
   }
   bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* rows,

@@ -14,8 +14,7 @@ constexpr int kRealSuffix = 4;     ///< kind of a real suffix of variables
 constexpr int kProblemSuffix = 3;  ///< kind of an integer suffix of the problem
 
 int nonzeros(const std::vector<double>& values) {
-  return static_cast<int>(values.size()) -
-         static_cast<int>(std::count(values.begin(), values.end(), 0.0));
+  return static_cast<int>(values.size()) - static_cast<int>(std::ranges::count(values, 0.0));
 }
 
 /// AMPL's code for an option 3 in second place: a tolerance follows, and the count is two higher.
@@ -90,12 +89,12 @@ std::string SolutionFile::text() const {
 
 std::string SolutionFile::binary() const {
   Bytes out;
-  out.add_record(Bytes().add(std::string_view("binary")));
-  if (!message.empty()) out.add_record(Bytes().add(std::string_view(message)));
+  out.add_record(Bytes().add("binary"));
+  if (!message.empty()) out.add_record(Bytes().add(message));
   out.add_record({});
   if (!options.empty()) {
     Bytes record;
-    record.add(std::string_view("Options")).add(counted(*this)).add(constraints);
+    record.add("Options").add(counted(*this)).add(constraints);
     record.add(static_cast<std::int32_t>(duals.size())).add(variables);
     record.add(static_cast<std::int32_t>(primals.size()));
     if (bound_tolerance) record.add(*bound_tolerance);
@@ -104,22 +103,21 @@ std::string SolutionFile::binary() const {
   out.add_record(Bytes().add(duals)).add_record(Bytes().add(primals));
   if (!has_status) return out.bytes();
   out.add_record(Bytes().add(objective).add(solve_result));
-  for (const Suffix& suffix : variable_suffixes) {
+  const auto heading = [](int kind, int entries, const std::string& name) {
+    const std::string_view with_end(name.c_str(), name.size() + 1);
     Bytes record;
-    record.add(std::string_view("\nSuffix\n")).add(kRealSuffix).add(nonzeros(suffix.values));
-    record.add(static_cast<std::int32_t>(suffix.name.size() + 1)).add(0);
-    record.add(std::string_view(suffix.name.c_str(), suffix.name.size() + 1));
+    record.add("\nSuffix\n").add(kind).add(entries);
+    return record.add(static_cast<std::int32_t>(with_end.size())).add(0).add(with_end);
+  };
+  for (const Suffix& suffix : variable_suffixes) {
+    Bytes record = heading(kRealSuffix, nonzeros(suffix.values), suffix.name);
     for (const auto i : indices(suffix.values))
       if (suffix.values[i] != 0.0) record.add(static_cast<std::int32_t>(i)).add(suffix.values[i]);
     out.add_record(record);
   }
   if (problem_suffix && problem_suffix->value != 0) {
     const auto& [name, value] = *problem_suffix;
-    Bytes record;
-    record.add(std::string_view("\nSuffix\n")).add(kProblemSuffix).add(1);
-    record.add(static_cast<std::int32_t>(name.size() + 1)).add(0);
-    record.add(std::string_view(name.c_str(), name.size() + 1)).add(0).add(value);
-    out.add_record(record);
+    out.add_record(heading(kProblemSuffix, 1, name).add(0).add(value));
   }
   return out.bytes();
 }

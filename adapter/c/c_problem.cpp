@@ -43,7 +43,7 @@ std::vector<double> read_array(const double* values, Index count, const char* na
     return {};
   }
   const std::vector<double> result(values, values + count);
-  const auto nan = std::find_if(result.begin(), result.end(), [](double v) { return v != v; });
+  const auto nan = std::ranges::find_if(result, [](double v) { return v != v; });
   if (nan != result.end()) {
     error = name_of_entry(name, static_cast<std::size_t>(nan - result.begin())) + " is NaN";
   }

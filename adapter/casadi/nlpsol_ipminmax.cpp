@@ -167,8 +167,8 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
   /// Evaluates a function of (x, p) or (x, p, lam_f, lam_g); false where it fails.
   bool evaluate(Memory* m, const char* function, const std::vector<const double*>& arguments,
                 const std::vector<double*>& results) const {
-    std::copy(arguments.begin(), arguments.end(), m->arg);
-    std::copy(results.begin(), results.end(), m->res);
+    std::ranges::copy(arguments, m->arg);
+    std::ranges::copy(results, m->res);
     return calc_function(m, function) == 0;
   }
   /// False stops the solve.
@@ -182,11 +182,10 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
   void store(Memory* m, const Result& point) const {
     auto& d = m->d_nlp;
     if (static_cast<casadi_int>(point.v.size()) != nx_) return;  // there was no first iterate
-    std::copy(point.v.begin(), point.v.end(), d.z);
-    std::copy(point.constraints.begin(), point.constraints.end(), d.z + nx_);
-    std::transform(point.z_upper.begin(), point.z_upper.end(), point.z_lower.begin(), d.lam,
-                   std::minus<>());
-    std::copy(point.lambda.begin(), point.lambda.end(), d.lam + nx_);
+    std::ranges::copy(point.v, d.z);
+    std::ranges::copy(point.constraints, d.z + nx_);
+    std::ranges::transform(point.z_upper, point.z_lower, d.lam, std::minus<>());
+    std::ranges::copy(point.lambda, d.lam + nx_);
     d.objective = point.objective;
   }
 
@@ -242,11 +241,11 @@ class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
     return true;
   }
   bool get_variable_players(Index, Player* players) override {
-    std::copy(owner_.variable_players_.begin(), owner_.variable_players_.end(), players);
+    std::ranges::copy(owner_.variable_players_, players);
     return true;
   }
   bool get_constraint_players(Index, Player* players) override {
-    std::copy(owner_.constraint_players_.begin(), owner_.constraint_players_.end(), players);
+    std::ranges::copy(owner_.constraint_players_, players);
     return true;
   }
   bool get_bounds_info(Index n, Number* x_l, Number* x_u, Index m, Number* g_l,
