@@ -163,9 +163,9 @@ class StageGame : public Problem {
     shared_ = np + gains() + disturbance_gains() + (free_time() ? 1 : 0);
     locals_ = kBlock + nx + shared_ + h_.memory * nw;
     local_.resize(locals_);
-    stage_tape_.emplace(static_cast<Index>(locals_), kRows + 1);
-    wide_tape_.emplace(static_cast<Index>(locals_), kRows + 1);
-    end_tape_.emplace(static_cast<Index>(nx + shared_), nt + 1);
+    stage_tape_.emplace(index(locals_), kRows + 1);
+    wide_tape_.emplace(index(locals_), kRows + 1);
+    end_tape_.emplace(index(nx + shared_), nt + 1);
     describe_variables();
     find_structure();
   }
@@ -570,14 +570,13 @@ class StageGame : public Problem {
     end_tape_->set_pattern(end_pattern_);
     for (const auto k : up_to(h_.stages)) {
       for (const auto& [row, col] : stage_pattern_.jacobian) {
-        const Index j = global(k, static_cast<std::size_t>(col));
+        const Index j = global(k, col);
         if (j >= 0 && row < index(kRows))
           structure_.jacobian.push_back({index(k * kRows) + row, j});
       }
       for (const Triplet& entry : stage_pattern_.hessian) {
         if (is_there(k, entry))
-          structure_.hessian.push_back({global(k, static_cast<std::size_t>(entry.row)),
-                                        global(k, static_cast<std::size_t>(entry.col))});
+          structure_.hessian.push_back({global(k, entry.row), global(k, entry.col)});
       }
     }
     const auto end = [&](Index local) { return index(h_.stages * kBlock) + local; };
@@ -593,7 +592,8 @@ class StageGame : public Problem {
   }
   /// Variable of a stage's input: s_k, u_k, w_k, s_{k+1}; parameters, gains, memory, duration;
   /// w_{k-1}, w_{k-2}, ... -1: before the start.
-  [[nodiscard]] Index global(std::size_t k, std::size_t local) const {
+  [[nodiscard]] Index global(std::size_t k, Index input) const {
+    auto local = static_cast<std::size_t>(input);
     if (local < kBlock + nx) return index(k * kBlock + local);
     local -= kBlock + nx;
     if (local < shared_) return index(tail() + local);
@@ -604,15 +604,14 @@ class StageGame : public Problem {
     return -1;
   }
   [[nodiscard]] bool is_there(std::size_t k, const Triplet& entry) const {
-    return k >= h_.memory || (global(k, static_cast<std::size_t>(entry.row)) >= 0 &&
-                              global(k, static_cast<std::size_t>(entry.col)) >= 0);
+    return k >= h_.memory || (global(k, entry.row) >= 0 && global(k, entry.col) >= 0);
   }
   template <class T>
   void gather(std::span<const T> v, std::size_t k, std::span<T> local) const {
     const auto own = v.subspan(k * kBlock, kBlock + nx), shared = v.subspan(tail(), shared_);
     std::ranges::copy(shared, std::ranges::copy(own, local.begin()).out);
     for (std::size_t i = kBlock + nx + shared_; i < locals_; ++i) {
-      const Index at = global(k, i);
+      const Index at = global(k, index(i));
       local[i] = at < 0 ? T(0.0) : v[static_cast<std::size_t>(at)];
     }
   }
@@ -871,7 +870,7 @@ class StageGame : public Problem {
     const auto put = [&](std::size_t k, auto value_of) {
       for (const auto e : up_to(stage_pattern_.jacobian.size())) {
         const auto& [row, col] = stage_pattern_.jacobian[e];
-        const Index i = global(k, static_cast<std::size_t>(col));
+        const Index i = global(k, col);
         if (i < 0) continue;
         if (row < index(kRows))
           jacobian_[derived_entries_++] = value_of(e);
