@@ -28,11 +28,6 @@ int write_and_close(int descriptor, const std::string& content) {
   return error;
 }
 
-bool is_regular_or_missing(const std::string& file) {
-  struct stat status;
-  return stat(file.c_str(), &status) != 0 || S_ISREG(status.st_mode);
-}
-
 /// The file that a chain of links ends at, whether it exists or not.
 std::filesystem::path resolved(std::filesystem::path file) {
   constexpr int kMostLinks = 40;
@@ -45,7 +40,8 @@ std::filesystem::path resolved(std::filesystem::path file) {
 }  // namespace
 
 void write_file(const std::string& file, const std::string& content) {
-  if (!is_regular_or_missing(file)) {
+  struct stat status;
+  if (stat(file.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
     const int descriptor = open_to_write(file, 0);
     const int error = descriptor < 0 ? errno : write_and_close(descriptor, content);
     if (error != 0) throw std::runtime_error(cannot_write(file, error));

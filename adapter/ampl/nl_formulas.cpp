@@ -134,15 +134,6 @@ IntervalJet NlBoxes::value(const NlFormulas::Formula& formula, const Jets& v) co
   return sum;
 }
 
-NlBoxes::Jets NlBoxes::with_defined(std::span<const IntervalJet> v) const {
-  Jets all(v.begin(), v.end());
-  all.resize(variables_ + formulas_.defined.size());
-  for (const auto& [variable, formula] : formulas_.defined) {
-    all[at(variable)] = value(formula, all);
-  }
-  return all;
-}
-
 IntervalJet NlBoxes::objective_over(std::span<const IntervalJet> v) const {
   return all_over(v, {});
 }
@@ -152,7 +143,11 @@ void NlBoxes::constraints_over(std::span<const IntervalJet> v, std::span<Interva
 }
 
 IntervalJet NlBoxes::all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
-  const Jets all = with_defined(v);
+  Jets all(v.begin(), v.end());
+  all.resize(variables_ + formulas_.defined.size());
+  for (const auto& [variable, formula] : formulas_.defined) {
+    all[at(variable)] = value(formula, all);
+  }
   for (const auto j : indices(g)) g[j] = value(formulas_.constraints[j], all);
   if (objective_ < 0) return {0.0};
   return IntervalJet(sign_) * value(formulas_.objectives[at(objective_)], all);

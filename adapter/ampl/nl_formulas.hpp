@@ -47,7 +47,6 @@ class NlBoxes final : public BoxFunctions {
 
  private:
   using Jets = std::vector<IntervalJet>;
-  [[nodiscard]] Jets with_defined(std::span<const IntervalJet> v) const;
   [[nodiscard]] IntervalJet value(const NlFormulas::Formula& formula, const Jets& v) const;
 
   NlFormulas formulas_;
