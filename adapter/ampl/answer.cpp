@@ -6,20 +6,18 @@
 #include <array>
 #include <cctype>
 #include <cstddef>
-#include <functional>
 #include <iomanip>
 #include <map>
 #include <ostream>
 #include <sstream>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "adapter/ipopt/log.hpp"
 #include "adapter/ipopt/status.hpp"
 #include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/answer.hpp"
 #include "core/model/status_table.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -172,22 +170,25 @@ void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& wo
   for (const RobustWorstCase& found : worst_cases) {
     if (!found.active || ++active > kMost) continue;
     const bool is_f = found.constraint >= problem.constraints();
-    std::vector<std::pair<std::string, double>> values;
-    for (const int i : log::worst_case_variables(loaded.structure(), found.constraint))
-      values.emplace_back(problem.variable_name(i), found.v[static_cast<std::size_t>(i)]);
     out << "\nworst case of "
         << (is_f ? "the objective" : problem.constraint_name(found.constraint)) << ": "
         << std::setprecision(10) << (is_f && problem.maximizes() ? -found.value : found.value)
-        << " at " << log::place_text(values);
+        << " at " << log::place_of(found, loaded.structure());
   }
   if (active > kMost) out << "\n... and " << active - kMost << " more";
 }
 
-/// Width of a column with this heading.
-std::size_t width_of(const char* heading, int rows, const std::function<std::string(int)>& text) {
-  std::size_t width = std::string(heading).size();
-  for (int i = 0; i < rows; ++i) width = std::max(width, text(i).size());
-  return width;
+/// headings: of the names, of what follows. between: what stands between name and value.
+template <class Name, class Between>
+void print_table(std::ostream& out, const std::array<std::string, 2>& headings,
+                 const std::vector<double>& values, const Name& name, const Between& between) {
+  const int rows = static_cast<int>(values.size());
+  std::size_t width = headings[0].size();
+  for (int i = 0; i < rows; ++i) width = std::max(width, name(i).size());
+  const auto column = std::setw(static_cast<int>(width));
+  out << std::left << column << headings[0] << headings[1] << '\n';
+  for (int i = 0; i < rows; ++i)
+    out << column << name(i) << between(i) << std::setprecision(10) << values[at(i)] << '\n';
 }
 
 }  // namespace
@@ -202,8 +203,7 @@ int detailed_result(const Result& result) {
   return at_infinity ? kAtInfinity : row_of(result.status).solve_result;
 }
 
-std::string message_of(const Result& result, const std::vector<RobustWorstCase>& worst_cases,
-                       NlProblem& problem) {
+std::string message_of(const Result& result, NlProblem& problem) {
   std::ostringstream message;
   const bool game = problem.has_player(Player::Max) && problem.has_player(Player::Min);
   const auto spoken = [&](const std::string& text) {
@@ -242,15 +242,13 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   for (std::size_t k = 0; k < std::min(kMostReasons, reasons.size()); ++k) {
     message << "\nreason: " << spoken(reasons[k].text);
   }
-  print_worst_cases(message, worst_cases, problem);
+  print_worst_cases(message, result.worst_cases, problem);
   if (game) {
     message << "\nover all " << (problem.maximizes() ? "y, of the negative objective: " : "y: ")
             << over_y << "\nover x: " << over_x;
   }
-  if (const std::string warning = integer_warning(problem); !warning.empty())
-    message << "\nWARNING: " << warning;
-  if (const std::string warning = split_warning(problem); !warning.empty())
-    message << "\nWARNING: " << warning;
+  for (const std::string& warning : {integer_warning(problem), split_warning(problem)})
+    if (!warning.empty()) message << "\nWARNING: " << warning;
   return message.str();
 }
 
@@ -292,30 +290,20 @@ std::string split_warning(const NlProblem& problem) {
 }
 
 void print_variables(std::ostream& out, const Result& result, const NlProblem& problem) {
-  const auto name = [&](int i) { return problem.variable_name(i); };
-  const int rows = static_cast<int>(result.v.size());
-  const int width = static_cast<int>(width_of("variable", rows, name));
-  out << std::left << std::setw(width) << "variable"
-      << "  player  value\n";
-  for (int i = 0; i < rows; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    // Player 0 of a model that maximizes is the maximizer.
-    const bool maximizer = (problem.players()[at] == Player::Max) != problem.maximizes();
-    out << std::setw(width) << name(i) << (maximizer ? "  Max     " : "  Min     ")
-        << std::setprecision(10) << result.v[at] << '\n';
-  }
+  print_table(
+      out, {"variable", "  player  value"}, result.v,
+      [&](int i) { return problem.variable_name(i); },
+      [&](int i) {
+        // Player 0 of a model that maximizes is the maximizer.
+        const bool maximizer = (problem.players()[at(i)] == Player::Max) != problem.maximizes();
+        return maximizer ? "  Max     " : "  Min     ";
+      });
 }
 
 void print_duals(std::ostream& out, const Result& result, const NlProblem& problem) {
-  const auto name = [&](int i) { return problem.constraint_name(i); };
-  const std::vector<double> duals = problem.solution_file(result).duals;
-  const int rows = static_cast<int>(duals.size());
-  const int width = static_cast<int>(width_of("constraint", rows, name));
-  out << std::left << std::setw(width) << "constraint"
-      << "  dual\n";
-  for (int i = 0; i < rows; ++i)
-    out << std::setw(width) << name(i) << "  " << std::setprecision(10)
-        << duals[static_cast<std::size_t>(i)] << '\n';
+  print_table(
+      out, {"constraint", "  dual"}, problem.solution_file(result).duals,
+      [&](int i) { return problem.constraint_name(i); }, [](int) { return "  "; });
 }
 
 }  // namespace ipminmax

@@ -2,7 +2,6 @@
 
 #include <iosfwd>
 #include <string>
-#include <vector>
 
 #include "core/result.hpp"
 #include "core/robust.hpp"
@@ -17,9 +16,7 @@ namespace ipminmax {
 [[nodiscard]] int detailed_result(const Result& result);
 
 /// What the point is, in the words of the model's sense, and how the solve ended.
-[[nodiscard]] std::string message_of(const Result& result,
-                                     const std::vector<RobustWorstCase>& worst_cases,
-                                     NlProblem& problem);
+[[nodiscard]] std::string message_of(const Result& result, NlProblem& problem);
 
 /// A message in the lines of Ipopt's .sol files, an empty one and another, because some programs
 /// count them.

@@ -10,11 +10,9 @@
 #include <stdexcept>
 
 #include <IpJournalist.hpp>
-#include <IpOptionsList.hpp>
 
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/exact_options.hpp"
-#include "adapter/ipopt/option_registry.hpp"
 
 namespace ipminmax {
 namespace {
@@ -32,11 +30,6 @@ bool same_value(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
-
-std::string Assignments::place(Source source) const {
-  if (source == Source::File) return file_;
-  return source == Source::Environment ? kEnvironment : "the command line";
-}
 
 void Assignments::add_argument(const std::string& text) {
   const std::size_t equal = text.find('=');
@@ -94,12 +87,6 @@ void Assignments::report_overridden(std::ostream& out) const {
   }
 }
 
-std::string Assignments::take(const std::string& name) {
-  std::string text = value(name).value_or("");
-  given_.erase(name);
-  return text;
-}
-
 int Assignments::take_integer(const std::string& name, int missing, int lower, int upper) {
   const auto given = value(name);
   if (!given) return missing;
@@ -122,16 +109,7 @@ bool Assignments::take_flag(const std::string& name, bool missing) {
   return *given == "yes";
 }
 
-void Assignments::rename(const std::string& alias, const std::string& name) {
-  const auto found = given_.find(alias);
-  if (found == given_.end()) return;
-  std::vector<Given> moved = std::move(found->second);
-  given_.erase(found);
-  std::vector<Given>& all = given_[name];
-  all.insert(all.end(), moved.begin(), moved.end());
-}
-
-void add_file(Ipopt::RegisteredOptions& registry, Assignments& assignments) {
+void add_file(RegisteredOptions& registry, Assignments& assignments) {
   const auto named = assignments.value("option_file_name");
   const std::string name = named.value_or("ipminmax.opt");
   if (name.empty() || (!named && !std::filesystem::exists(name))) return;
@@ -143,7 +121,7 @@ void add_file(Ipopt::RegisteredOptions& registry, Assignments& assignments) {
   // Ipopt's list keeps the first of several values in a file, and says so.
   const Ipopt::SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist;
   journalist->AddFileJournal("errors", "stderr", Ipopt::J_WARNING);
-  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new ExactOptionsList(&registry, journalist);
+  const Ipopt::SmartPtr<OptionsList> list = new ExactOptionsList(&registry, journalist);
   const std::string error = read_options(file, name, registry, *list);
   if (!error.empty()) throw std::invalid_argument(error);
   assignments.name_file(name);

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include <IpRegOptions.hpp>
+#include "adapter/ipopt/option_registry.hpp"
 
 namespace ipminmax {
 
@@ -36,13 +36,24 @@ class Assignments {
     return found == given_.end() ? std::nullopt : std::optional(winner(found->second).value);
   }
   /// Takes a text out of the assignments, empty when not given.
-  std::string take(const std::string& name);
+  std::string take(const std::string& name) {
+    std::string text = value(name).value_or("");
+    given_.erase(name);
+    return text;
+  }
   /// Takes an integer in [lower, upper] out of the assignments; missing: the value when not given.
   int take_integer(const std::string& name, int missing, int lower, int upper);
   /// Takes yes or no out of the assignments.
   bool take_flag(const std::string& name, bool missing);
   /// Gives an option its name: what was assigned to alias was assigned to name.
-  void rename(const std::string& alias, const std::string& name);
+  void rename(const std::string& alias, const std::string& name) {
+    const auto found = given_.find(alias);
+    if (found == given_.end()) return;
+    std::vector<Given> moved = std::move(found->second);
+    given_.erase(found);
+    std::vector<Given>& all = given_[name];
+    all.insert(all.end(), moved.begin(), moved.end());
+  }
 
   /// Says which values are overridden by another one.
   void report_overridden(std::ostream& out) const;
@@ -65,7 +76,10 @@ class Assignments {
         all.rbegin(), all.rend(),
         [](const Given& a, const Given& b) { return a.source < b.source; });
   }
-  [[nodiscard]] std::string place(Source source) const;
+  [[nodiscard]] std::string place(Source source) const {
+    if (source == Source::File) return file_;
+    return source == Source::Environment ? kEnvironment : "the command line";
+  }
 
   std::map<std::string, std::vector<Given>> given_;
   std::string file_;
@@ -73,6 +87,6 @@ class Assignments {
 
 /// Adds what the options file sets: ipminmax.opt when there is one, or the one that
 /// option_file_name names, which must be there.
-void add_file(Ipopt::RegisteredOptions& registry, Assignments& assignments);
+void add_file(RegisteredOptions& registry, Assignments& assignments);
 
 }  // namespace ipminmax

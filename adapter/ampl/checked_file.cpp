@@ -6,7 +6,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
@@ -14,10 +13,6 @@
 
 namespace ipminmax {
 namespace {
-
-std::runtime_error cannot_write(const std::string& file, int error) {
-  return std::runtime_error("cannot write " + file + ": " + std::strerror(error));
-}
 
 /// errno of the first failure, 0 when all was written and closed.
 int write_and_close(int descriptor, const std::string& content) {
@@ -33,11 +28,6 @@ int write_and_close(int descriptor, const std::string& content) {
   return error;
 }
 
-bool is_regular_or_missing(const std::string& file) {
-  struct stat status;
-  return stat(file.c_str(), &status) != 0 || S_ISREG(status.st_mode);
-}
-
 /// The file that a chain of links ends at, whether it exists or not.
 std::filesystem::path resolved(std::filesystem::path file) {
   constexpr int kMostLinks = 40;
@@ -50,21 +40,22 @@ std::filesystem::path resolved(std::filesystem::path file) {
 }  // namespace
 
 void write_file(const std::string& file, const std::string& content) {
-  if (!is_regular_or_missing(file)) {
+  struct stat status;
+  if (stat(file.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
     const int descriptor = open_to_write(file, 0);
     const int error = descriptor < 0 ? errno : write_and_close(descriptor, content);
-    if (error != 0) throw cannot_write(file, error);
+    if (error != 0) throw std::runtime_error(cannot_write(file, error));
     return;
   }
   const std::string target = resolved(file).string();
   const std::string temporary = target + "." + std::to_string(getpid()) + ".tmp";
   const int descriptor = open_to_write(temporary, O_CREAT | O_TRUNC | O_NOFOLLOW);
-  if (descriptor < 0) throw cannot_write(file, errno);
+  if (descriptor < 0) throw std::runtime_error(cannot_write(file, errno));
   int error = write_and_close(descriptor, content);
   if (error == 0 && std::rename(temporary.c_str(), target.c_str()) != 0) error = errno;
   if (error == 0) return;
   unlink(temporary.c_str());
-  throw cannot_write(file, error);
+  throw std::runtime_error(cannot_write(file, error));
 }
 
 void remove_stale_file(const std::string& file) {

@@ -67,10 +67,10 @@ std::string read_all(int descriptor) {
 
 /// Throws what the child's end means; text: what it wrote.
 void judge_end(int status, const std::string& file, unsigned seconds, const std::string& text) {
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kRefused) throw std::runtime_error(text);
-  if ((WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory) ||
-      text.find("ran out of memory") != std::string::npos)
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  if (code == 0) return;
+  if (code == kRefused) throw std::runtime_error(text);
+  if (code == kNoMemory || text.find("ran out of memory") != std::string::npos)
     throw std::bad_alloc();
   std::string reason;
   if (!WIFSIGNALED(status)) {

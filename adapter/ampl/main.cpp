@@ -30,9 +30,11 @@
 #include "core/version.h"
 #include "nl_problem.hpp"
 
-namespace {
+using namespace ipminmax;  // this file ends here
 
-using ipminmax::Assignments;
+using Ipopt::SmartPtr;
+
+namespace {
 
 // Modelling systems look for Ipopt's name and a version that they know.
 const char version_text[] = "Ipopt " IPOPT_VERSION " interface: Ipminmax " IPMINMAX_VERSION
@@ -85,15 +87,15 @@ const char usage[] =
     "  2 bad option or usage.\n";
 
 /// Gives the application its options. Throws when one is unknown or has a bad value.
-void set_options(ipminmax::MinMaxApplication& application, const Assignments& assignments) {
-  assignments.for_each([&](const std::string& name, const std::string& value,
-                           const std::string& place) {
-    const std::string error =
-        ipminmax::set_option(name, value, *application.RegOptions(), *application.Options(), false);
-    if (!error.empty()) throw std::invalid_argument(place + ": " + error);
-  });
-  ipminmax::SolverOptions unused;
-  const std::string error = ipminmax::solver_options(*application.Options(), unused);
+void set_options(MinMaxApplication& application, const Assignments& assignments) {
+  assignments.for_each(
+      [&](const std::string& name, const std::string& value, const std::string& place) {
+        const std::string error =
+            set_option(name, value, *application.RegOptions(), *application.Options(), false);
+        if (!error.empty()) throw std::invalid_argument(place + ": " + error);
+      });
+  SolverOptions unused;
+  const std::string error = solver_options(*application.Options(), unused);
   if (!error.empty()) throw std::invalid_argument(error);
 }
 
@@ -112,7 +114,7 @@ struct RunOptions {
   bool halt_on_error = false;
   bool write = false, print_variables = false, print_duals = false, print_message = true;
   bool few_variables = false;  ///< print the variables when there are few
-  ipminmax::PlayerOptions players;
+  PlayerOptions players;
 };
 
 RunOptions take_run_options(Command& command) {
@@ -156,16 +158,15 @@ void require_none(const std::string& error) {
 
 /// The log file of option output_file, opened; null when there is none. The application finds it by
 /// its name and sets its level.
-Ipopt::SmartPtr<ipminmax::OutputFile> open_log(ipminmax::MinMaxApplication& application) {
+SmartPtr<OutputFile> open_log(MinMaxApplication& application) {
   std::string file;
   application.Options()->GetStringValue("output_file", file, "");
   if (file.empty() || file == "stdout" || file == "stderr") return nullptr;
   bool append = false;
   application.Options()->GetBoolValue("file_append", append, "");
-  const Ipopt::SmartPtr<ipminmax::OutputFile> log =
-      new ipminmax::OutputFile("OutputFile:" + file, Ipopt::J_ITERSUMMARY);
+  const SmartPtr<OutputFile> log = new OutputFile("OutputFile:" + file, Ipopt::J_ITERSUMMARY);
   require_none(log->open(file, append));
-  application.Jnlst()->AddJournal(Ipopt::GetRawPtr(log));
+  application.Jnlst()->AddJournal(GetRawPtr(log));
   return log;
 }
 
@@ -176,31 +177,31 @@ void require_standard_output() {
 }
 
 void print_answer(const RunOptions& options, int print_level, const std::string& message,
-                  const ipminmax::Result& result, const ipminmax::NlProblem& problem) {
+                  const Result& result, const NlProblem& problem) {
   constexpr std::size_t kMostPrinted = 20;
   if (options.print_message) std::cout << message << '\n';
   const bool by_hand = options.few_variables && print_level > 0 && !result.v.empty();
   const bool few = result.v.size() <= kMostPrinted;
   if (options.print_variables || (by_hand && few)) {
     std::cout << '\n';
-    ipminmax::print_variables(std::cout, result, problem);
+    print_variables(std::cout, result, problem);
   } else if (by_hand) {
     std::cout << "wantsol=2 prints the " << result.v.size() << " variables, -s writes them.\n";
   }
   if (options.print_duals) {
     std::cout << '\n';
-    ipminmax::print_duals(std::cout, result, problem);
+    print_duals(std::cout, result, problem);
   }
 }
 
-void write_solution(const ipminmax::NlProblem& problem, const std::string& file,
-                    const std::string& message, const ipminmax::Result& result) {
-  ipminmax::SolutionFile solution = problem.solution_file(result);
-  const bool game = problem.has_player(ipminmax::Player::Max);
-  solution.message = game ? " \n" + message : ipminmax::one_line(message);
-  solution.solve_result = ipminmax::solve_result(result);
-  solution.problem_suffix = {"minmax_result", ipminmax::detailed_result(result)};
-  ipminmax::write_file(file, problem.is_binary() ? solution.binary() : solution.text());
+void write_solution(const NlProblem& problem, const std::string& file, const std::string& message,
+                    const Result& result) {
+  SolutionFile solution = problem.solution_file(result);
+  const bool game = problem.has_player(Player::Max);
+  solution.message = game ? " \n" + message : one_line(message);
+  solution.solve_result = solve_result(result);
+  solution.problem_suffix = {"minmax_result", detailed_result(result)};
+  write_file(file, problem.is_binary() ? solution.binary() : solution.text());
 }
 
 /// Processes that mpirun (or srun) has started together with this one; 1 where nothing did. MPI
@@ -226,7 +227,7 @@ Sharing find_sharing(const Assignments& assignments) {
   // The linear solver finds its workers itself.
   if (launched_processes() == 1 || assignments.value("linear_solver") == "mumps_mpi")
     return Sharing::Alone;
-  return ipminmax::join_ranks_for_starts().rank == 0 ? Sharing::Starts : Sharing::Silent;
+  return join_ranks_for_starts().rank == 0 ? Sharing::Starts : Sharing::Silent;
 }
 
 /// Throws where a file would be written over the model. by: what names the file.
@@ -241,28 +242,26 @@ void require_another_file(const std::string& by, const std::string& file, const 
 
 /// A minimization with integer variables is relaxed, as Ipopt does; the relaxation of a game bounds
 /// its value from neither side.
-void require_continuous_game(const ipminmax::NlProblem& problem) {
+void require_continuous_game(const NlProblem& problem) {
   const std::string integer = problem.integer_variable();
-  if (!integer.empty() && problem.has_player(ipminmax::Player::Min) &&
-      problem.has_player(ipminmax::Player::Max))
+  if (!integer.empty() && problem.has_player(Player::Min) && problem.has_player(Player::Max))
     throw std::runtime_error("variable " + integer +
                              " is integer: only continuous variables are supported in games");
 }
 
 int solve(Command command) {
-  const std::string solution_file = command.solution_file.empty()
-                                        ? ipminmax::solution_file_name(command.stub)
-                                        : command.solution_file;
+  const std::string solution_file =
+      command.solution_file.empty() ? solution_file_name(command.stub) : command.solution_file;
   require_another_file("-o", solution_file, command.stub);
-  if (command.write || command.called_by_ampl) ipminmax::remove_stale_file(solution_file);
+  if (command.write || command.called_by_ampl) remove_stale_file(solution_file);
   Assignments& assignments = command.assignments;
-  Ipopt::SmartPtr<ipminmax::MinMaxApplication> application = new ipminmax::MinMaxApplication();
-  ipminmax::add_file(*application->RegOptions(), assignments);
+  SmartPtr<MinMaxApplication> application = new MinMaxApplication();
+  add_file(*application->RegOptions(), assignments);
   assignments.report_overridden(std::cerr);
   for (const std::string option : {"output_file", "minmax_points_file"})
     require_another_file(option + " = ", assignments.value(option).value_or(""), command.stub);
   const RunOptions options = take_run_options(command);
-  if (options.write) ipminmax::remove_stale_file(solution_file);
+  if (options.write) remove_stale_file(solution_file);
   if (command.called_by_ampl && !assignments.value("print_ipopt_log"))
     application->Options()->SetStringValue("print_ipopt_log", "yes");  // programs read it
   set_options(*application, assignments);
@@ -274,20 +273,18 @@ int solve(Command command) {
   if (application->Initialize("") != Ipopt::Solve_Succeeded)
     throw std::invalid_argument(application->LastResult().message);
 
-  Ipopt::SmartPtr<ipminmax::NlProblem> problem =
-      new ipminmax::NlProblem(command.stub, options.objective);
+  SmartPtr<NlProblem> problem = new NlProblem(command.stub, options.objective);
   problem->set_players(options.players);
   if (options.halt_on_error) {
     problem->halt_on_error();
     application->RethrowNonIpoptException(true);
   }
   require_continuous_game(*problem);
-  for (const std::string& warning :
-       {ipminmax::integer_warning(*problem), ipminmax::split_warning(*problem)}) {
+  for (const std::string& warning : {integer_warning(*problem), split_warning(*problem)}) {
     if (!warning.empty() && !silent) std::cerr << "ipminmax: WARNING: " << warning << '\n';
   }
   problem->stop_when(stop_requested);
-  const Ipopt::SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(problem);
+  const SmartPtr<Ipopt::TNLP> model = GetRawPtr(problem);
   const Ipopt::ApplicationReturnStatus ended = sharing == Sharing::Alone
                                                    ? application->OptimizeTNLP(model)
                                                    : application->OptimizeTNLPOverRanks(model);
@@ -296,17 +293,17 @@ int solve(Command command) {
   if (ended != Ipopt::Solve_Succeeded && ended != Ipopt::Solved_To_Acceptable_Level)
     problem->halt_where_undefined();
   if (silent) return 0;
-  const ipminmax::Result& result = application->LastResult();
-  const std::string message = ipminmax::message_of(result, application->LastWorstCases(), *problem);
+  const Result& result = application->LastResult();
+  const std::string message = message_of(result, *problem);
   int print_level = 0;
   application->Options()->GetIntegerValue("print_level", print_level, "");
   // Where Ipopt leaves no file its callers look into the log, if there is one.
-  const bool as_ipopt_none = command.called_by_ampl && print_level > 0 &&
-                             result.status == ipminmax::Status::TooFewDegreesOfFreedom;
+  const bool as_ipopt_none =
+      command.called_by_ampl && print_level > 0 && result.status == Status::TooFewDegreesOfFreedom;
   if (options.write && !as_ipopt_none) write_solution(*problem, solution_file, message, result);
   print_answer(options, print_level, message, result, *problem);
-  if (Ipopt::IsValid(log)) require_none(log->close());
-  const std::size_t unwritten = result.message.find(ipminmax::kPointsNotWritten);
+  if (IsValid(log)) require_none(log->close());
+  const std::size_t unwritten = result.message.find(kPointsNotWritten);
   if (unwritten != std::string::npos) throw std::runtime_error(result.message.substr(unwritten));
   return 0;
 }
@@ -324,7 +321,7 @@ int print_only(const std::string& word) {
   if (word == "-v" || word == "--version") {
     std::cout << version_text;
   } else if (word == "-=") {
-    std::cout << option_texts << '\n' << ipminmax::options_text();
+    std::cout << option_texts << '\n' << options_text();
   } else if (word == "-?" || word == "-h" || word == "--help") {
     std::cout << usage;
   } else {
@@ -335,7 +332,7 @@ int print_only(const std::string& word) {
 
 int run(int argc, char** argv) {
   Command command;
-  if (const char* environment = std::getenv(ipminmax::kEnvironment))
+  if (const char* environment = std::getenv(kEnvironment))
     command.assignments.add_environment(environment);
   bool flags = true;
   for (int i = 1; i < argc; ++i) {

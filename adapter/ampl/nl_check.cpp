@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -14,10 +14,9 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
-#include <vector>
 
+#include "linalg/numbers.hpp"
 #include "nl_formulas.hpp"
 
 namespace ipminmax {
@@ -34,7 +33,7 @@ class Cursor {
     swapped_ = swapped;
   }
   [[nodiscard]] bool binary() const { return binary_; }
-  [[nodiscard]] std::size_t at() const { return at_; }
+  [[nodiscard]] std::size_t place() const { return at_; }
   [[nodiscard]] std::size_t left() const { return text_.size() - at_; }
   [[noreturn]] void fail(const std::string& what) const {
     throw std::runtime_error(
@@ -43,26 +42,89 @@ class Cursor {
         what);
   }
 
-  /// None at the end of the file.
+  // What follows is read and passed; key gives none at the end of the file.
   [[nodiscard]] std::optional<char> key() {
     if (left() == 0) return std::nullopt;
     return text_[at_++];
   }
-  [[nodiscard]] int integer() { return binary_ ? bytes<std::int32_t>() : text_integer(); }
-  [[nodiscard]] int short_integer() { return binary_ ? bytes<std::int16_t>() : text_integer(); }
-  [[nodiscard]] double number();
-  [[nodiscard]] std::string word();
+  int integer() { return binary_ ? bytes<std::int32_t>() : text_integer(); }
+  int short_integer() { return binary_ ? bytes<std::int16_t>() : text_integer(); }
+  double number() {
+    if (binary_) return bytes<double>();
+    skip_blanks();
+    const char* begin = text_.data() + at_;
+    if (left() > 0 && *begin == '+') ++begin;
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
+    if (error == std::errc::invalid_argument) fail("a number is missing");
+    at_ = static_cast<std::size_t>(end - text_.data());
+    return value;  // out of range: the library takes infinity or zero
+  }
+  std::string word() {
+    constexpr int kLongest = 126;
+    std::string word;
+    if (binary_) {
+      const int length = integer();
+      if (length < 1 || length > kLongest || left() < at(length))
+        fail("a name of " + std::to_string(length) + " characters");
+      word = text_.substr(at_, at(length));
+      at_ += word.size();
+    } else {
+      skip_blanks();
+      while (left() > 0 && text_[at_] > ' ') word += text_[at_++];
+      if (word.empty() || word.size() > kLongest) fail("a name is missing or too long");
+    }
+    return word;
+  }
   /// A string constant, whose length comes first.
-  void skip_string();
+  void skip_string() {
+    const int length = integer();
+    if (length < 0 || left() < at(length) + (binary_ ? 0 : 2))
+      fail("a string of " + std::to_string(length) + " characters");
+    if (!binary_ && text_[at_++] != ':') fail("a string without \":\" after its length");
+    const char* begin = text_.data() + at_;
+    line_ += static_cast<int>(std::count(begin, begin + length, '\n'));
+    at_ += at(length);
+    if (binary_) return;
+    if (text_[at_] != '\n') fail("a string longer than its length");
+    ++at_;
+    ++line_;
+  }
   /// To the next key, over a comment. Nothing in binary files.
-  void end_line();
+  void end_line() {
+    if (!binary_) line();
+  }
   /// The next line, of the header.
-  [[nodiscard]] std::string line();
+  std::string line() {
+    const std::size_t end = text_.find_first_of("\r\n", at_);
+    if (end == std::string::npos) fail("the file ends within a line");
+    std::string line = text_.substr(at_, end - at_);
+    at_ = end + 1;
+    if (text_[end] == '\r' && left() > 0 && text_[at_] == '\n') ++at_;
+    ++line_;
+    return line;
+  }
 
  private:
   template <class Value>
-  Value bytes();
-  int text_integer();
+  Value bytes() {
+    std::array<char, sizeof(Value)> raw;
+    if (left() < raw.size()) fail("the file ends within a value");
+    std::copy_n(text_.data() + at_, raw.size(), raw.begin());
+    if (swapped_) std::ranges::reverse(raw);
+    at_ += raw.size();
+    return std::bit_cast<Value>(raw);
+  }
+  int text_integer() {
+    skip_blanks();
+    int value = 0;
+    const char* begin = text_.data() + at_;
+    const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
+    if (error == std::errc::result_out_of_range) fail("an integer out of range");
+    if (error != std::errc{}) fail("an integer is missing");
+    at_ += static_cast<std::size_t>(end - begin);
+    return value;
+  }
   void skip_blanks() {
     while (left() > 0 && text_[at_] == ' ') ++at_;
   }
@@ -74,90 +136,11 @@ class Cursor {
   bool binary_ = false, swapped_ = false;
 };
 
-template <class Value>
-Value Cursor::bytes() {
-  std::array<char, sizeof(Value)> raw;
-  if (left() < raw.size()) fail("the file ends within a value");
-  std::copy_n(text_.begin() + static_cast<std::ptrdiff_t>(at_), raw.size(), raw.begin());
-  if (swapped_) std::reverse(raw.begin(), raw.end());
-  at_ += raw.size();
-  Value value;
-  std::memcpy(&value, raw.data(), raw.size());
-  return value;
-}
-
-int Cursor::text_integer() {
-  skip_blanks();
-  int value = 0;
-  const char* begin = text_.data() + at_;
-  const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
-  if (error == std::errc::result_out_of_range) fail("an integer out of range");
-  if (error != std::errc{}) fail("an integer is missing");
-  at_ += static_cast<std::size_t>(end - begin);
-  return value;
-}
-
-double Cursor::number() {
-  if (binary_) return bytes<double>();
-  skip_blanks();
-  const char* begin = text_.data() + at_;
-  if (left() > 0 && *begin == '+') ++begin;
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
-  if (error == std::errc::invalid_argument) fail("a number is missing");
-  at_ = static_cast<std::size_t>(end - text_.data());
-  return value;  // out of range: the library takes infinity or zero
-}
-
-std::string Cursor::word() {
-  constexpr int kLongest = 126;
-  std::string word;
-  if (binary_) {
-    const int length = integer();
-    if (length < 1 || length > kLongest || left() < static_cast<std::size_t>(length))
-      fail("a name of " + std::to_string(length) + " characters");
-    word = text_.substr(at_, static_cast<std::size_t>(length));
-    at_ += word.size();
-  } else {
-    skip_blanks();
-    while (left() > 0 && text_[at_] > ' ') word += text_[at_++];
-    if (word.empty() || word.size() > kLongest) fail("a name is missing or too long");
-  }
-  return word;
-}
-
-void Cursor::skip_string() {
-  const int length = integer();
-  if (length < 0 || left() < static_cast<std::size_t>(length) + (binary_ ? 0 : 2))
-    fail("a string of " + std::to_string(length) + " characters");
-  if (!binary_ && text_[at_++] != ':') fail("a string without \":\" after its length");
-  const auto begin = text_.begin() + static_cast<std::ptrdiff_t>(at_);
-  line_ += static_cast<int>(std::count(begin, begin + length, '\n'));
-  at_ += static_cast<std::size_t>(length);
-  if (binary_) return;
-  if (text_[at_] != '\n') fail("a string longer than its length");
-  ++at_;
-  ++line_;
-}
-
-void Cursor::end_line() {
-  if (!binary_) static_cast<void>(line());
-}
-
-std::string Cursor::line() {
-  const std::size_t end = text_.find_first_of("\r\n", at_);
-  if (end == std::string::npos) fail("the file ends within a line");
-  std::string line = text_.substr(at_, end - at_);
-  at_ = end + 1;
-  if (text_[end] == '\r' && left() > 0 && text_[at_] == '\n') ++at_;
-  ++line_;
-  return line;
-}
-
 // --- Operations
 // -----------------------------------------------------------------------------------
 
-enum class Form : std::uint8_t { None, Unary, Binary, List, LongList, Pieces, If, IfSymbolic };
+/// The first ones have as many operands as their number says.
+enum class Form : std::uint8_t { None, Unary, Binary, If, List, LongList, Pieces, IfSymbolic };
 
 /// What follows an operation; numbers as in D. M. Gay, "Writing .nl files".
 Form form_of(int operation) {
@@ -187,10 +170,10 @@ class Checker {
   [[nodiscard]] NlFacts check() {
     header();
     while (const auto key = cursor_.key()) {
-      const std::size_t begin = cursor_.at() - 1;
+      const std::size_t begin = cursor_.place() - 1;
       segment(*key);
-      if (*key == 'b') facts_.bounds = {begin, cursor_.at()};
-      if (*key == 'k' || *key == 'K') facts_.columns = {begin, cursor_.at()};
+      if (*key == 'b') facts_.bounds = {begin, cursor_.place()};
+      if (*key == 'k' || *key == 'K') facts_.columns = {begin, cursor_.place()};
     }
     require_complete();
     facts_.variables = n_;
@@ -202,22 +185,316 @@ class Checker {
   enum class Operand : std::uint8_t { Value, ValueOrString, Reference };
   using Marks = std::vector<std::uint8_t>;
 
-  void header();
-  [[nodiscard]] std::vector<int> counts(std::size_t least, std::size_t most, int largest);
-  void segment(char key);
-  void defined_variable();
-  void function();
-  void suffix();
-  void start_values(int size);
-  void bounds(int size, bool rows);
-  void column_counts(bool cumulative);
-  void jacobian_row();
-  void gradient();
-  void expression(NlFormulas::Formula* formula);
-  void operand(Operand kind, std::vector<Operand>& pending);
-  void operation(std::vector<Operand>& pending);
-  void pieces(std::vector<Operand>& pending);
-  void require_complete();
+  void header() {
+    const std::string format = cursor_.left() > 0 ? cursor_.line() : "";
+    if (format.empty() || (format[0] != 'g' && format[0] != 'b'))
+      cursor_.fail("no .nl file: it begins with neither g nor b");
+    std::istringstream options(format.substr(1));
+    int number = 0;
+    if (options >> number && (number < 0 || number > 9)) cursor_.fail("wrong number of options");
+    const int bytes = static_cast<int>(std::min<std::size_t>(cursor_.left(), 1 << 30));
+    const auto sizes = counts(3, 6, bytes);
+    n_ = sizes[0];
+    m_ = sizes[1];
+    objectives_ = sizes[2];
+    const auto at_most = [&](const std::vector<int>& values, std::size_t first, std::size_t last,
+                             int limit) {
+      for (std::size_t i = first; i < last; ++i)
+        if (values[i] > limit) cursor_.fail("wrong counts in the header");
+    };
+    at_most(sizes, 3, 5, m_);  // ranges, equations
+    if (sizes[5] > 0) refuse("logical constraints are not supported");
+    const auto nonlinear = counts(2, 6, bytes);
+    if (nonlinear[2] > 0 || nonlinear[3] > 0)
+      refuse("complementarity constraints are not supported");
+    at_most(nonlinear, 0, 1, m_);
+    at_most(nonlinear, 1, 2, objectives_);
+    at_most(counts(2, 2, bytes), 0, 2, m_);  // network constraints
+    at_most(counts(2, 3, bytes), 0, 3, n_);  // nonlinear variables
+    const auto numbers = counts(2, 4, bytes);
+    at_most(numbers, 0, 1, n_);
+    functions_ = numbers[1];
+    if (numbers[2] > 2) cursor_.fail("numbers in a format of another machine");
+    at_most(counts(2, 5, bytes), 0, 5, n_);  // discrete variables
+    const auto entries = counts(2, 2, bytes);
+    jacobian_entries_ = entries[0];
+    gradient_entries_ = entries[1];
+    counts(2, 2, 1 << 30);  // lengths of names
+    long long defined = 0;
+    for (const int part : counts(5, 5, bytes)) defined += part;
+    if (defined > bytes) cursor_.fail("wrong counts in the header");
+    defined_ = static_cast<int>(defined);
+    if (format[0] == 'b') cursor_.make_binary(numbers[2] == 2);
+    constraint_seen_ = row_seen_ = marks(m_);
+    objective_seen_ = gradient_seen_ = marks(objectives_);
+    defined_seen_ = marks(defined_);
+    function_seen_ = marks(functions_);
+    place_seen_ = marks(jacobian_entries_);
+    if (record_ != nullptr) {
+      record_->constraints.resize(at(m_));
+      record_->objectives.resize(at(objectives_));
+    }
+    column_.assign(at(n_), 0);
+    column_read_ = column_;
+    listed_in_ = column_;
+  }
+  /// Integers of a line of the header. Each thing that is counted takes a byte of the file or more.
+  std::vector<int> counts(std::size_t least, std::size_t most, int largest) {
+    std::istringstream line(cursor_.line());
+    std::vector<int> values;
+    for (long long value = 0; values.size() < most && line >> value;) {
+      if (value < 0 || value > largest) cursor_.fail("wrong counts in the header");
+      values.push_back(static_cast<int>(value));
+    }
+    if (values.size() < least) cursor_.fail("the header lacks counts");
+    values.resize(most, 0);
+    return values;
+  }
+  void segment(char key) {
+    const auto formula = [&](Marks& seen, int size, const char* what) {
+      const int i = index(size, what);
+      mark(seen, i, what);
+      if (key == 'O') cursor_.integer();
+      cursor_.end_line();
+      expression(recorded(key == 'O' ? &NlFormulas::objectives : &NlFormulas::constraints, i));
+    };
+    switch (key) {
+      case 'C':
+        return formula(constraint_seen_, m_, "constraint");
+      case 'O':
+        return formula(objective_seen_, objectives_, "objective");
+      case 'V':
+        return defined_variable();
+      case 'F':
+        return function();
+      case 'S':
+        return suffix();
+      case 'x':
+        return start_values(n_);
+      case 'd':
+        return start_values(m_);
+      case 'r':
+        has_rows_ = true;
+        return bounds(m_, true);
+      case 'b':
+        has_bounds_ = true;
+        return bounds(n_, false);
+      case 'k':
+      case 'K':
+        return column_counts(key == 'k');
+      case 'J':
+      case 'G':
+        return linear_terms(key == 'J');
+      default:
+        cursor_.fail("a part that begins with no known letter");
+    }
+  }
+  void defined_variable() {
+    const int variable = cursor_.integer();
+    if (variable < n_ || variable - n_ >= defined_)
+      cursor_.fail("a defined variable that the header does not count");
+    const int linear = count(0, n_, "linear terms");
+    cursor_.integer();
+    NlFormulas::Formula formula;
+    for_lines(linear, [&](int) {
+      const int read = index(n_, "variable");
+      record_linear(&formula, read, cursor_.number());
+    });
+    expression(&formula);
+    if (record_ != nullptr) record_->defined.emplace_back(variable, std::move(formula));
+    mark(defined_seen_, variable - n_, "defined variable");
+  }
+  void function() {
+    mark(function_seen_, index(functions_, "function"), "function");
+    cursor_.integer();
+    cursor_.integer();
+    cursor_.word();
+    cursor_.end_line();
+  }
+  void suffix() {
+    const int kind = cursor_.integer();
+    if (kind < 0 || kind > 7) cursor_.fail("suffix of unknown kind " + std::to_string(kind));
+    const int size = std::array{n_, m_, objectives_, 1}[at(kind & 3)];
+    const int entries = count(1, size, "values of a suffix");
+    const std::string name = cursor_.word().c_str();
+    const bool constraint_players = name == "player" && (kind & 3) == 1;
+    if (name != "player" && (kind & 3) == 0) facts_.other_suffixes.push_back(name);
+    for_lines(entries, [&](int) {
+      const int item = index(size, "suffix of item");
+      const double value = (kind & 4) != 0 ? cursor_.number() : cursor_.integer();
+      if (constraint_players && value == 0.0) facts_.listed_as_min.push_back(item);
+    });
+  }
+  void start_values(int size) {
+    for_lines(count(0, size, "start values"), [&](int) {
+      index(size, "start value");
+      cursor_.number();
+    });
+  }
+  void bounds(int size, bool rows) {
+    for_lines(size, [&](int i) {
+      const char kind = cursor_.key().value_or('\0');
+      const int numbers = kind == '0' ? 2 : kind == '3' ? 0 : 1;
+      if (kind == '5' && rows) {
+        cursor_.integer();
+        cursor_.integer();
+      } else if ('0' <= kind && kind <= '4') {
+        for (int j = 0; j < numbers; ++j)
+          if (std::isnan(cursor_.number())) cursor_.fail("a bound is not a number");
+      } else {
+        cursor_.fail("no bounds of " + std::string(rows ? "constraint " : "variable ") +
+                     std::to_string(i));
+      }
+    });
+  }
+  /// k: entries of the Jacobian up to each column but the last; K: in each.
+  void column_counts(bool cumulative) {
+    if (has_columns_ || jacobian_read_ > 0) cursor_.fail("column counts twice or too late");
+    has_columns_ = true;
+    const int columns = cursor_.integer();
+    if (columns != n_ - 1 && !(n_ == 0 && columns == 0))
+      cursor_.fail("column counts of another number of variables");
+    int before = 0;
+    for_lines(n_ - 1, [&](int i) {
+      const int count = cursor_.integer(), least = cumulative ? before : 0;
+      if (count < least || count > jacobian_entries_ - before + least)
+        cursor_.fail("wrong column counts");
+      column_[at(i)] = count - least;
+      before += count - least;
+    });
+    if (n_ > 0) column_.back() = jacobian_entries_ - before;
+  }
+  /// A row of the Jacobian, or the gradient of an objective.
+  void linear_terms(bool of_row) {
+    const int i = of_row ? index(m_, "constraint") : index(objectives_, "objective");
+    mark(of_row ? row_seen_ : gradient_seen_, i, of_row ? "row of the Jacobian" : "gradient");
+    const std::string list = of_row ? "row" : "gradient";
+    const int entries = count(1, n_, "entries in a " + list);
+    ++lists_;
+    for_lines(entries, [&](int) {
+      const int variable = index(n_, "variable");
+      if (of_row && !has_columns_) mark(place_seen_, index(jacobian_entries_, "place"), "place");
+      record_linear(recorded(of_row ? &NlFormulas::constraints : &NlFormulas::objectives, i),
+                    variable, cursor_.number());
+      if (std::exchange(listed_in_[at(variable)], lists_) == lists_)
+        cursor_.fail("variable " + std::to_string(variable) + " twice in a " + list);
+      if (of_row && ++column_read_[at(variable)] > column_[at(variable)] && has_columns_)
+        cursor_.fail("more entries of variable " + std::to_string(variable) +
+                     " than its column count");
+    });
+    (of_row ? jacobian_read_ : gradient_read_) += entries;
+  }
+  /// A tree in prefix order, without recursion: trees may be deep.
+  void expression(NlFormulas::Formula* formula) {
+    std::vector<Operand> pending = {Operand::Value};  // the next one last
+    if (record_ != nullptr) formula->begin = record_->nodes.size();
+    while (!pending.empty()) {
+      const Operand kind = pending.back();
+      pending.pop_back();
+      operand(kind, pending);
+    }
+    if (record_ != nullptr) formula->end = record_->nodes.size();
+  }
+  /// The number that follows this key; none where the key is of something else.
+  std::optional<double> constant(std::optional<char> key) {
+    if (key == 'n') return cursor_.number();
+    if (key == 'l') return cursor_.integer();
+    if (key == 's' && cursor_.binary()) return cursor_.short_integer();
+    return std::nullopt;
+  }
+  void operand(Operand kind, std::vector<Operand>& pending) {
+    const auto key = cursor_.key();
+    if (kind == Operand::Reference && key != 'v') cursor_.fail("a variable is missing");
+    if (const auto value = constant(key)) {
+      record(Node::kNumber, 0, *value);
+      return cursor_.end_line();
+    }
+    switch (key.value_or('\0')) {
+      case 'v': {
+        const int variable = index(n_ + defined_, "variable");
+        if (variable >= n_ && defined_seen_[at(variable - n_)] == 0)
+          cursor_.fail("variable " + std::to_string(variable) + " before its definition");
+        record(Node::kVariable, variable);
+        return cursor_.end_line();
+      }
+      case 'h':
+        if (kind != Operand::ValueOrString) cursor_.fail("a string where a number is expected");
+        record(Node::kFunction, 0);
+        return cursor_.skip_string();
+      case 'f': {
+        const int function = index(functions_, "function");
+        if (function_seen_[at(function)] == 0)
+          cursor_.fail("function " + std::to_string(function) + " before its declaration");
+        const int arguments = count(0, 1 << 30, "arguments of a function");
+        record(Node::kFunction, arguments);
+        pending.insert(pending.end(), at(arguments), Operand::ValueOrString);
+        return cursor_.end_line();
+      }
+      case 'o':
+        return operation(pending);
+      default:
+        break;
+    }
+    cursor_.fail("a formula ends too early");
+  }
+  void operation(std::vector<Operand>& pending) {
+    const int number = cursor_.integer();
+    cursor_.end_line();
+    const auto list = [&](int least) {
+      const int operands = count(least, 1 << 30, "operands");
+      cursor_.end_line();
+      return operands;
+    };
+    const auto take = [&](int operands, Operand kind) {
+      record(number, operands);
+      pending.insert(pending.end(), at(operands), kind);
+    };
+    switch (const Form form = form_of(number)) {
+      case Form::Unary:
+      case Form::Binary:
+      case Form::If:
+        return take(static_cast<int>(form), Operand::Value);
+      case Form::List: {
+        constexpr int kNumberOfStrings = 61;
+        return take(list(1), number == kNumberOfStrings ? Operand::ValueOrString : Operand::Value);
+      }
+      case Form::LongList:
+        return take(list(3), Operand::Value);
+      case Form::Pieces:
+        record(number, 1);
+        return pieces(pending);
+      case Form::IfSymbolic:
+        take(2, Operand::ValueOrString);
+        return pending.push_back(Operand::Value);
+      case Form::None:
+        break;
+    }
+    constexpr std::array kSteps = {"div", "precision", "round", "trunc"};
+    constexpr int kFirstStep = 55, kLastStep = 58;
+    if (kFirstStep <= number && number <= kLastStep)  // the library crashes on their derivatives
+      refuse(std::string("operation ") + kSteps[at(number - kFirstStep)] + " has no derivatives");
+    cursor_.fail("unknown operation o" + std::to_string(number));
+  }
+  /// Slopes and breakpoints in turn, then the variable.
+  void pieces(std::vector<Operand>& pending) {
+    for_lines(2 * count(2, 1 << 29, "slopes") - 1, [&](int) {
+      if (!constant(cursor_.key())) cursor_.fail("a slope or breakpoint is missing");
+    });
+    pending.push_back(Operand::Reference);
+  }
+  void require_complete() {
+    if (!has_bounds_ && n_ > 0) cursor_.fail("the file ends without bounds of variables");
+    if (m_ > 0 && !has_rows_) cursor_.fail("the file ends without bounds of constraints");
+    require_all(constraint_seen_, "constraint");
+    require_all(objective_seen_, "objective");
+    require_all(defined_seen_, "defined variable");
+    if (jacobian_read_ != jacobian_entries_)
+      cursor_.fail("the header counts " + std::to_string(jacobian_entries_) +
+                   " nonzeros of the Jacobian, the file holds " + std::to_string(jacobian_read_));
+    if (gradient_read_ != gradient_entries_)
+      cursor_.fail("the header counts " + std::to_string(gradient_entries_) +
+                   " nonzeros of the objectives, the file holds " + std::to_string(gradient_read_));
+  }
 
   [[noreturn]] void refuse(const std::string& why) const {
     throw std::runtime_error("cannot solve " + name_ + ": " + why);
@@ -231,16 +508,24 @@ class Checker {
     return value;
   }
   /// A count in [least, most], and not of more things than bytes are left.
-  int count(int least, int most, const char* of) {
+  int count(int least, int most, const std::string& of) {
     const int value = cursor_.integer();
-    if (value < least || value > most ||
-        static_cast<std::size_t>(std::max(value, 0)) > cursor_.left())
+    if (value < least || value > most || at(std::max(value, 0)) > cursor_.left())
       cursor_.fail(std::to_string(value) + " " + of);
     return value;
   }
-  void mark(Marks& marks, int at, const char* what) {
-    if (marks[static_cast<std::size_t>(at)]++ != 0)
-      cursor_.fail(std::string(what) + " " + std::to_string(at) + " twice");
+  /// The rest of this line, then so many lines.
+  template <class Read>
+  void for_lines(int lines, const Read& read) {
+    cursor_.end_line();
+    for (int i = 0; i < lines; ++i) {
+      read(i);
+      cursor_.end_line();
+    }
+  }
+  void mark(Marks& marks, int place, const char* what) {
+    if (marks[at(place)]++ != 0)
+      cursor_.fail(std::string(what) + " " + std::to_string(place) + " twice");
   }
   void require_all(const Marks& marks, const char* what) const {
     const auto missing = std::ranges::find(marks, 0);
@@ -248,7 +533,7 @@ class Checker {
       cursor_.fail("the file ends without " + std::string(what) + " " +
                    std::to_string(missing - marks.begin()));
   }
-  static Marks marks(int size) { return Marks(static_cast<std::size_t>(size), 0); }
+  static Marks marks(int size) { return Marks(at(size), 0); }
 
   using Node = NlFormulas::Node;
   void record(int operation, int operands, double number = 0.0) {
@@ -259,7 +544,7 @@ class Checker {
   }
   [[nodiscard]] NlFormulas::Formula* recorded(std::vector<NlFormulas::Formula> NlFormulas::*which,
                                               int i) {
-    return record_ != nullptr ? &(record_->*which)[static_cast<std::size_t>(i)] : nullptr;
+    return record_ != nullptr ? &(record_->*which)[at(i)] : nullptr;
   }
 
   Cursor cursor_;
@@ -276,372 +561,6 @@ class Checker {
   std::vector<int> listed_in_;             ///< last row or gradient that lists the variable
   int lists_ = 0;
 };
-
-/// Integers of a line of the header. Each thing that is counted takes a byte of the file or more.
-std::vector<int> Checker::counts(std::size_t least, std::size_t most, int largest) {
-  std::istringstream line(cursor_.line());
-  std::vector<int> values;
-  for (long long value = 0; values.size() < most && line >> value;) {
-    if (value < 0 || value > largest) cursor_.fail("wrong counts in the header");
-    values.push_back(static_cast<int>(value));
-  }
-  if (values.size() < least) cursor_.fail("the header lacks counts");
-  values.resize(most, 0);
-  return values;
-}
-
-void Checker::header() {
-  const std::string format = cursor_.left() > 0 ? cursor_.line() : "";
-  if (format.empty() || (format[0] != 'g' && format[0] != 'b'))
-    cursor_.fail("no .nl file: it begins with neither g nor b");
-  std::istringstream options(format.substr(1));
-  int number = 0;
-  if (options >> number && (number < 0 || number > 9)) cursor_.fail("wrong number of options");
-  const int bytes = static_cast<int>(std::min<std::size_t>(cursor_.left(), 1 << 30));
-  const auto sizes = counts(3, 6, bytes);
-  n_ = sizes[0];
-  m_ = sizes[1];
-  objectives_ = sizes[2];
-  const auto at_most = [&](const std::vector<int>& values, std::size_t first, std::size_t last,
-                           int limit) {
-    for (std::size_t i = first; i < last; ++i)
-      if (values[i] > limit) cursor_.fail("wrong counts in the header");
-  };
-  at_most(sizes, 3, 5, m_);  // ranges, equations
-  if (sizes[5] > 0) refuse("logical constraints are not supported");
-  const auto nonlinear = counts(2, 6, bytes);
-  if (nonlinear[2] > 0 || nonlinear[3] > 0) refuse("complementarity constraints are not supported");
-  at_most(nonlinear, 0, 1, m_);
-  at_most(nonlinear, 1, 2, objectives_);
-  at_most(counts(2, 2, bytes), 0, 2, m_);  // network constraints
-  at_most(counts(2, 3, bytes), 0, 3, n_);  // nonlinear variables
-  const auto numbers = counts(2, 4, bytes);
-  at_most(numbers, 0, 1, n_);
-  functions_ = numbers[1];
-  if (numbers[2] > 2) cursor_.fail("numbers in a format of another machine");
-  at_most(counts(2, 5, bytes), 0, 5, n_);  // discrete variables
-  const auto entries = counts(2, 2, bytes);
-  jacobian_entries_ = entries[0];
-  gradient_entries_ = entries[1];
-  static_cast<void>(counts(2, 2, 1 << 30));  // lengths of names
-  long long defined = 0;
-  for (const int part : counts(5, 5, bytes)) defined += part;
-  if (defined > bytes) cursor_.fail("wrong counts in the header");
-  defined_ = static_cast<int>(defined);
-  if (format[0] == 'b') cursor_.make_binary(numbers[2] == 2);
-  constraint_seen_ = row_seen_ = marks(m_);
-  objective_seen_ = gradient_seen_ = marks(objectives_);
-  defined_seen_ = marks(defined_);
-  function_seen_ = marks(functions_);
-  place_seen_ = marks(jacobian_entries_);
-  if (record_ != nullptr) {
-    record_->constraints.resize(static_cast<std::size_t>(m_));
-    record_->objectives.resize(static_cast<std::size_t>(objectives_));
-  }
-  column_.assign(static_cast<std::size_t>(n_), 0);
-  column_read_ = column_;
-  listed_in_ = column_;
-}
-
-void Checker::segment(char key) {
-  const auto formula = [&](Marks& seen, int size, const char* what) {
-    const int i = index(size, what);
-    mark(seen, i, what);
-    if (key == 'O') static_cast<void>(cursor_.integer());
-    cursor_.end_line();
-    expression(recorded(key == 'O' ? &NlFormulas::objectives : &NlFormulas::constraints, i));
-  };
-  switch (key) {
-    case 'C':
-      return formula(constraint_seen_, m_, "constraint");
-    case 'O':
-      return formula(objective_seen_, objectives_, "objective");
-    case 'V':
-      return defined_variable();
-    case 'F':
-      return function();
-    case 'S':
-      return suffix();
-    case 'x':
-      return start_values(n_);
-    case 'd':
-      return start_values(m_);
-    case 'r':
-      has_rows_ = true;
-      return bounds(m_, true);
-    case 'b':
-      has_bounds_ = true;
-      return bounds(n_, false);
-    case 'k':
-    case 'K':
-      return column_counts(key == 'k');
-    case 'J':
-      return jacobian_row();
-    case 'G':
-      return gradient();
-    default:
-      cursor_.fail("a part that begins with no known letter");
-  }
-}
-
-void Checker::defined_variable() {
-  const int variable = cursor_.integer();
-  if (variable < n_ || variable - n_ >= defined_)
-    cursor_.fail("a defined variable that the header does not count");
-  const int linear = count(0, n_, "linear terms");
-  static_cast<void>(cursor_.integer());
-  cursor_.end_line();
-  NlFormulas::Formula formula;
-  for (int i = 0; i < linear; ++i) {
-    const int read = index(n_, "variable");
-    record_linear(&formula, read, cursor_.number());
-    cursor_.end_line();
-  }
-  expression(&formula);
-  if (record_ != nullptr) record_->defined.emplace_back(variable, std::move(formula));
-  mark(defined_seen_, variable - n_, "defined variable");
-}
-
-void Checker::function() {
-  mark(function_seen_, index(functions_, "function"), "function");
-  static_cast<void>(cursor_.integer());
-  static_cast<void>(cursor_.integer());
-  static_cast<void>(cursor_.word());
-  cursor_.end_line();
-}
-
-void Checker::suffix() {
-  const int kind = cursor_.integer();
-  if (kind < 0 || kind > 7) cursor_.fail("suffix of unknown kind " + std::to_string(kind));
-  const int size = std::array{n_, m_, objectives_, 1}[static_cast<std::size_t>(kind & 3)];
-  const int entries = count(1, size, "values of a suffix");
-  const std::string name = cursor_.word().c_str();
-  const bool constraint_players = name == "player" && (kind & 3) == 1;
-  if (name != "player" && (kind & 3) == 0) facts_.other_suffixes.push_back(name);
-  cursor_.end_line();
-  for (int i = 0; i < entries; ++i) {
-    const int item = index(size, "suffix of item");
-    const double value = (kind & 4) != 0 ? cursor_.number() : cursor_.integer();
-    if (constraint_players && value == 0.0) facts_.listed_as_min.push_back(item);
-    cursor_.end_line();
-  }
-}
-
-void Checker::start_values(int size) {
-  const int entries = count(0, size, "start values");
-  cursor_.end_line();
-  for (int i = 0; i < entries; ++i) {
-    static_cast<void>(index(size, "start value"));
-    static_cast<void>(cursor_.number());
-    cursor_.end_line();
-  }
-}
-
-void Checker::bounds(int size, bool rows) {
-  cursor_.end_line();
-  for (int i = 0; i < size; ++i) {
-    const char kind = cursor_.key().value_or('\0');
-    const int numbers = kind == '0' ? 2 : kind == '3' ? 0 : 1;
-    if (kind == '5' && rows) {
-      static_cast<void>(cursor_.integer());
-      static_cast<void>(cursor_.integer());
-    } else if ('0' <= kind && kind <= '4') {
-      for (int j = 0; j < numbers; ++j)
-        if (std::isnan(cursor_.number())) cursor_.fail("a bound is not a number");
-    } else {
-      cursor_.fail("no bounds of " + std::string(rows ? "constraint " : "variable ") +
-                   std::to_string(i));
-    }
-    cursor_.end_line();
-  }
-}
-
-/// k: entries of the Jacobian up to each column but the last; K: in each.
-void Checker::column_counts(bool cumulative) {
-  if (has_columns_ || jacobian_read_ > 0) cursor_.fail("column counts twice or too late");
-  has_columns_ = true;
-  const int columns = cursor_.integer();
-  if (columns != n_ - 1 && !(n_ == 0 && columns == 0))
-    cursor_.fail("column counts of another number of variables");
-  cursor_.end_line();
-  int before = 0;
-  for (int i = 0; i + 1 < n_; ++i) {
-    const int count = cursor_.integer(), least = cumulative ? before : 0;
-    if (count < least || count > jacobian_entries_ - before + least)
-      cursor_.fail("wrong column counts");
-    column_[static_cast<std::size_t>(i)] = count - least;
-    before += count - least;
-    cursor_.end_line();
-  }
-  if (n_ > 0) column_.back() = jacobian_entries_ - before;
-}
-
-void Checker::jacobian_row() {
-  const int row = index(m_, "constraint");
-  mark(row_seen_, row, "row of the Jacobian");
-  const int entries = count(1, n_, "entries in a row");
-  cursor_.end_line();
-  ++lists_;
-  for (int i = 0; i < entries; ++i) {
-    const auto variable = static_cast<std::size_t>(index(n_, "variable"));
-    if (!has_columns_) mark(place_seen_, index(jacobian_entries_, "place"), "place");
-    record_linear(recorded(&NlFormulas::constraints, row), static_cast<int>(variable),
-                  cursor_.number());
-    if (std::exchange(listed_in_[variable], lists_) == lists_)
-      cursor_.fail("variable " + std::to_string(variable) + " twice in a row");
-    if (++column_read_[variable] > column_[variable] && has_columns_)
-      cursor_.fail("more entries of variable " + std::to_string(variable) +
-                   " than its column count");
-    cursor_.end_line();
-  }
-  jacobian_read_ += entries;
-}
-
-void Checker::gradient() {
-  const int objective = index(objectives_, "objective");
-  mark(gradient_seen_, objective, "gradient");
-  const int entries = count(1, n_, "entries in a gradient");
-  cursor_.end_line();
-  ++lists_;
-  for (int i = 0; i < entries; ++i) {
-    const auto variable = static_cast<std::size_t>(index(n_, "variable"));
-    record_linear(recorded(&NlFormulas::objectives, objective), static_cast<int>(variable),
-                  cursor_.number());
-    if (std::exchange(listed_in_[variable], lists_) == lists_)
-      cursor_.fail("variable " + std::to_string(variable) + " twice in a gradient");
-    cursor_.end_line();
-  }
-  gradient_read_ += entries;
-}
-
-/// A tree in prefix order, without recursion: trees may be deep.
-void Checker::expression(NlFormulas::Formula* formula) {
-  std::vector<Operand> pending = {Operand::Value};  // the next one last
-  if (record_ != nullptr) formula->begin = record_->nodes.size();
-  while (!pending.empty()) {
-    const Operand kind = pending.back();
-    pending.pop_back();
-    operand(kind, pending);
-  }
-  if (record_ != nullptr) formula->end = record_->nodes.size();
-}
-
-void Checker::operand(Operand kind, std::vector<Operand>& pending) {
-  const char key = cursor_.key().value_or('\0');
-  if (kind == Operand::Reference && key != 'v') cursor_.fail("a variable is missing");
-  switch (key) {
-    case 'n':
-      record(Node::kNumber, 0, cursor_.number());
-      return cursor_.end_line();
-    case 'l':
-      record(Node::kNumber, 0, cursor_.integer());
-      return cursor_.end_line();
-    case 's':
-      if (!cursor_.binary()) break;
-      record(Node::kNumber, 0, cursor_.short_integer());
-      return;
-    case 'v': {
-      const int variable = index(n_ + defined_, "variable");
-      if (variable >= n_ && defined_seen_[static_cast<std::size_t>(variable - n_)] == 0)
-        cursor_.fail("variable " + std::to_string(variable) + " before its definition");
-      record(Node::kVariable, variable);
-      return cursor_.end_line();
-    }
-    case 'h':
-      if (kind != Operand::ValueOrString) cursor_.fail("a string where a number is expected");
-      record(Node::kFunction, 0);
-      return cursor_.skip_string();
-    case 'f': {
-      const int function = index(functions_, "function");
-      if (function_seen_[static_cast<std::size_t>(function)] == 0)
-        cursor_.fail("function " + std::to_string(function) + " before its declaration");
-      const int arguments = count(0, 1 << 30, "arguments of a function");
-      record(Node::kFunction, arguments);
-      pending.insert(pending.end(), static_cast<std::size_t>(arguments), Operand::ValueOrString);
-      return cursor_.end_line();
-    }
-    case 'o':
-      return operation(pending);
-    default:
-      break;
-  }
-  cursor_.fail("a formula ends too early");
-}
-
-void Checker::operation(std::vector<Operand>& pending) {
-  const int number = cursor_.integer();
-  cursor_.end_line();
-  const auto list = [&](int least) {
-    const int operands = count(least, 1 << 30, "operands");
-    cursor_.end_line();
-    return static_cast<std::size_t>(operands);
-  };
-  const auto take = [&](std::size_t operands, Operand kind) {
-    record(number, static_cast<int>(operands));
-    pending.insert(pending.end(), operands, kind);
-  };
-  switch (form_of(number)) {
-    case Form::Unary:
-      return take(1, Operand::Value);
-    case Form::Binary:
-      return take(2, Operand::Value);
-    case Form::List: {
-      constexpr int kNumberOfStrings = 61;
-      return take(list(1), number == kNumberOfStrings ? Operand::ValueOrString : Operand::Value);
-    }
-    case Form::LongList:
-      return take(list(3), Operand::Value);
-    case Form::Pieces:
-      record(number, 1);
-      return pieces(pending);
-    case Form::If:
-      return take(3, Operand::Value);
-    case Form::IfSymbolic:
-      take(2, Operand::ValueOrString);
-      return pending.push_back(Operand::Value);
-    case Form::None:
-      break;
-  }
-  constexpr std::array kSteps = {"div", "precision", "round", "trunc"};
-  constexpr int kFirstStep = 55, kLastStep = 58;
-  if (kFirstStep <= number && number <= kLastStep)  // the library crashes on their derivatives
-    refuse(std::string("operation ") + kSteps[static_cast<std::size_t>(number - kFirstStep)] +
-           " has no derivatives");
-  cursor_.fail("unknown operation o" + std::to_string(number));
-}
-
-/// Slopes and breakpoints in turn, then the variable.
-void Checker::pieces(std::vector<Operand>& pending) {
-  const int slopes = count(2, 1 << 29, "slopes");
-  cursor_.end_line();
-  for (int i = 0; i < 2 * slopes - 1; ++i) {
-    const char key = cursor_.key().value_or('\0');
-    if (key == 'n')
-      static_cast<void>(cursor_.number());
-    else if (key == 'l')
-      static_cast<void>(cursor_.integer());
-    else if (key == 's' && cursor_.binary())
-      static_cast<void>(cursor_.short_integer());
-    else
-      cursor_.fail("a slope or breakpoint is missing");
-    cursor_.end_line();
-  }
-  pending.push_back(Operand::Reference);
-}
-
-void Checker::require_complete() {
-  if (!has_bounds_ && n_ > 0) cursor_.fail("the file ends without bounds of variables");
-  if (m_ > 0 && !has_rows_) cursor_.fail("the file ends without bounds of constraints");
-  require_all(constraint_seen_, "constraint");
-  require_all(objective_seen_, "objective");
-  require_all(defined_seen_, "defined variable");
-  if (jacobian_read_ != jacobian_entries_)
-    cursor_.fail("the header counts " + std::to_string(jacobian_entries_) +
-                 " nonzeros of the Jacobian, the file holds " + std::to_string(jacobian_read_));
-  if (gradient_read_ != gradient_entries_)
-    cursor_.fail("the header counts " + std::to_string(gradient_entries_) +
-                 " nonzeros of the objectives, the file holds " + std::to_string(gradient_read_));
-}
 
 std::string content_of(const std::string& file) {
   std::ifstream input(file, std::ios::binary);
@@ -667,8 +586,7 @@ NlFormulas read_nl_formulas(const std::string& file) {
 }
 
 std::string with_a_fixed_variable(const std::string& file, const NlFacts& facts) {
-  std::ifstream input(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(input), {}};
+  std::string text = content_of(file);
   std::array parts = {facts.bounds, facts.columns};
   std::ranges::sort(parts, std::greater{}, &NlFacts::Part::begin);  // the last one first
   for (const NlFacts::Part& part : parts) text.erase(part.begin, part.end - part.begin);

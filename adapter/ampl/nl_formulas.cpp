@@ -1,6 +1,6 @@
 #include "nl_formulas.hpp"
+#include "core/model/indices.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -114,11 +114,11 @@ IntervalJet NlBoxes::value(const NlFormulas::Formula& formula, const Jets& v) co
     if (node.operation == Node::kNumber) {
       stack.emplace_back(node.number);
     } else if (node.operation == Node::kVariable) {
-      stack.push_back(v[static_cast<std::size_t>(node.operands)]);
+      stack.push_back(v[at(node.operands)]);
     } else if (node.operation == Node::kFunction) {
       throw std::domain_error("an imported function of the file cannot be enclosed");
     } else {
-      const auto count = static_cast<std::size_t>(node.operands);
+      const auto count = at(node.operands);
       const std::span operands = std::span(stack).last(count);
       const IntervalJet result = is_list(node.operation) ? list(node.operation, operands)
                                  : count == 1            ? unary(node.operation, operands[0])
@@ -129,18 +129,9 @@ IntervalJet NlBoxes::value(const NlFormulas::Formula& formula, const Jets& v) co
   }
   IntervalJet sum = stack.back();
   for (const auto& [variable, factor] : formula.linear) {
-    sum += IntervalJet(factor) * v[static_cast<std::size_t>(variable)];
+    sum += IntervalJet(factor) * v[at(variable)];
   }
   return sum;
-}
-
-NlBoxes::Jets NlBoxes::with_defined(std::span<const IntervalJet> v) const {
-  Jets all(v.begin(), v.end());
-  all.resize(variables_ + formulas_.defined.size());
-  for (const auto& [variable, formula] : formulas_.defined) {
-    all[static_cast<std::size_t>(variable)] = value(formula, all);
-  }
-  return all;
 }
 
 IntervalJet NlBoxes::objective_over(std::span<const IntervalJet> v) const {
@@ -152,11 +143,14 @@ void NlBoxes::constraints_over(std::span<const IntervalJet> v, std::span<Interva
 }
 
 IntervalJet NlBoxes::all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
-  const Jets all = with_defined(v);
-  for (std::size_t j = 0; j < g.size(); ++j) g[j] = value(formulas_.constraints[j], all);
+  Jets all(v.begin(), v.end());
+  all.resize(variables_ + formulas_.defined.size());
+  for (const auto& [variable, formula] : formulas_.defined) {
+    all[at(variable)] = value(formula, all);
+  }
+  for (const auto j : indices(g)) g[j] = value(formulas_.constraints[j], all);
   if (objective_ < 0) return {0.0};
-  return IntervalJet(sign_) *
-         value(formulas_.objectives[static_cast<std::size_t>(objective_)], all);
+  return IntervalJet(sign_) * value(formulas_.objectives[at(objective_)], all);
 }
 
 }  // namespace ipminmax

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/formulas/interval.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -33,7 +34,7 @@ class NlBoxes final : public BoxFunctions {
   /// objective: -1 for none, f is 0 then. sign: of f.
   NlBoxes(NlFormulas formulas, int variables, int objective, double sign)
       : formulas_(std::move(formulas)),
-        variables_(static_cast<std::size_t>(variables)),
+        variables_(at(variables)),
         objective_(objective),
         sign_(sign) {}
 
@@ -46,7 +47,6 @@ class NlBoxes final : public BoxFunctions {
 
  private:
   using Jets = std::vector<IntervalJet>;
-  [[nodiscard]] Jets with_defined(std::span<const IntervalJet> v) const;
   [[nodiscard]] IntervalJet value(const NlFormulas::Formula& formula, const Jets& v) const;
 
   NlFormulas formulas_;

@@ -2,16 +2,18 @@
 
 #include <setjmp.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 #include "adapter/ipopt/spelling.hpp"
 #include "checked_file.hpp"
 #include "child_process.hpp"
+#include "core/model/indices.hpp"
+#include "linalg/numbers.hpp"
+#include "linalg/uncopied.hpp"
 #include "nl_formulas.hpp"
 
 #include <asl_pfgh.h>
@@ -71,7 +73,7 @@ bool is_folder(const std::string& name) {
 }
 
 /// A copy of a file without variables that has one, for as long as this lives; else the file.
-class StandIn {
+class StandIn : Uncopied {
  public:
   StandIn(const std::string& file, const NlFacts& facts) : file_(file) {
     if (facts.variables > 0) return;
@@ -86,8 +88,6 @@ class StandIn {
     std::error_code unknown;
     if (!folder_.empty()) std::filesystem::remove_all(folder_, unknown);
   }
-  StandIn(const StandIn&) = delete;
-  StandIn& operator=(const StandIn&) = delete;
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
@@ -115,32 +115,29 @@ NlProblem::NlProblem(const std::string& stub, int objective) {
 }
 
 NlProblem::~NlProblem() {
-  if (asl_) ASL_free(&asl_);
+  if (asl) ASL_free(&asl);
 }
 
 void NlProblem::load(int objective) {
   try {
     read();
-    choose_objective(objective);
+    if (objective > n_obj)
+      throw std::runtime_error("objno = " + std::to_string(objective) + ", but the model has " +
+                               std::to_string(n_obj) + " objectives");
+    objective_ = objective < 0 ? (n_obj > 0 ? 0 : -1) : objective - 1;
+    sign_ = objective_ >= 0 && objtype[objective_] ? -1.0 : 1.0;
     read_players();
-  } catch (...) {
-    ASL_free(&asl_);
-    throw;
-  }
-  ASL* asl = asl_;
-  hessian_entries_ = static_cast<int>(sphsetup(-1, n_obj > 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
-  try {
+    hessian_entries_ = static_cast<int>(sphsetup(-1, n_obj > 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
     require_valid_hessian();
     require_linear();
   } catch (...) {
-    ASL_free(&asl_);
+    ASL_free(&asl);
     throw;
   }
 }
 
 void NlProblem::read() {
-  asl_ = ASL_alloc(ASL_read_pfgh);
-  ASL* asl = asl_;
+  asl = ASL_alloc(ASL_read_pfgh);
   return_nofile = 1;
   FILE* file = jac0dim(read_from_.data(), static_cast<ftnlen>(read_from_.size()));
   if (!file) throw std::runtime_error("cannot open " + file_);
@@ -154,20 +151,19 @@ void NlProblem::read() {
 }
 
 void NlProblem::require_valid_structure() {
-  ASL* asl = asl_;
   const auto require = [&](bool valid, const char* what) {
     if (!valid)
       throw std::runtime_error("cannot read " + file_ + ": " + what +
                                " of AMPL's library are wrong");
   };
   const auto is_below = [](auto value, auto size) {
-    return 0 <= value && static_cast<std::size_t>(value) < static_cast<std::size_t>(size);
+    return 0 <= value && std::cmp_less(value, size);
   };
   std::vector<bool> taken(static_cast<std::size_t>(nzc));
   for (int i = 0; i < n_con; ++i)
     for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
       require(is_below(entry->goff, nzc) && is_below(entry->varno, n_var), "Jacobian indices");
-      const auto place = static_cast<std::size_t>(entry->goff);
+      const auto place = at(entry->goff);
       require(!taken[place], "Jacobian indices");
       taken[place] = true;
     }
@@ -179,7 +175,6 @@ void NlProblem::require_valid_structure() {
 
 /// Rows and columns of the Hessian, which exist after sphsetup.
 void NlProblem::require_valid_hessian() {
-  ASL* asl = asl_;
   bool valid = hessian_entries_ >= 0 && sputinfo->hcolstarts[0] == 0 &&
                static_cast<int>(sputinfo->hcolstarts[n_var]) == hessian_entries_;
   for (int j = 0; valid && j < n_var; ++j)
@@ -191,33 +186,19 @@ void NlProblem::require_valid_hessian() {
                              ": Hessian indices of AMPL's library are wrong");
 }
 
-int NlProblem::first_integer() const {
-  const ASL* asl = asl_;
-  // Within each group of nonlinear variables, and at the end, the integer ones come last.
-  if (nlvbi > 0) return nlvb - nlvbi;
-  if (nlvci > 0) return nlvc - nlvci;
-  if (nlvoi > 0) return nlvo - nlvoi;
-  return nbv + niv > 0 ? n_var - nbv - niv : -1;
-}
-
 std::string NlProblem::integer_variable() const {
-  const int first = first_integer();
+  // Within each group of nonlinear variables, and at the end, the integer ones come last.
+  const int first = nlvbi > 0       ? nlvb - nlvbi
+                    : nlvci > 0     ? nlvc - nlvci
+                    : nlvoi > 0     ? nlvo - nlvoi
+                    : nbv + niv > 0 ? n_var - nbv - niv
+                                    : -1;
   return first < 0 ? std::string() : variable_name(first);
 }
 
-void NlProblem::choose_objective(int objective) {
-  ASL* asl = asl_;
-  if (objective > n_obj)
-    throw std::runtime_error("objno = " + std::to_string(objective) + ", but the model has " +
-                             std::to_string(n_obj) + " objectives");
-  objective_ = objective < 0 ? (n_obj > 0 ? 0 : -1) : objective - 1;
-  sign_ = objective_ >= 0 && objtype[objective_] ? -1.0 : 1.0;
-}
-
 void NlProblem::read_players() {
-  ASL* asl = asl_;
   for (char* name : {sosno_name, sos_name})
-    if (const SufDesc* sets = suf_get(name, ASL_Sufkind_var); sets->u.i)
+    if (suf_get(name, ASL_Sufkind_var)->u.i)
       throw std::runtime_error("special ordered sets are not supported");
   const auto is_max = [](int value, const char* kind, const char* name) {
     if (value != 0 && value != 1)
@@ -225,29 +206,23 @@ void NlProblem::read_players() {
                                std::to_string(value) + ", not 0 (Min) or 1 (Max)");
     return value == 1;
   };
-  variable_players_.assign(static_cast<std::size_t>(variables()), Player::Min);
-  const SufDesc* players = suf_get(player_name, ASL_Sufkind_var);
-  has_player_suffix_ = players->u.i != nullptr;
-  for (int i = 0; players->u.i && i < n_var; ++i)
-    if (is_max(players->u.i[i], "variable", var_name(i)))
-      variable_players_[static_cast<std::size_t>(i)] = Player::Max;
-  players = suf_get(player_name, ASL_Sufkind_con);
-  for (int i = 0; players->u.i && i < n_con; ++i)
-    if (is_max(players->u.i[i], "constraint", con_name(i))) max_constraints_.push_back(i);
-  read_robust();
-}
-
-void NlProblem::read_robust() {
-  ASL* asl = asl_;
-  const SufDesc* robust = suf_get(robust_name, ASL_Sufkind_con);
+  variable_players_.assign(at(variables()), Player::Min);
+  const int* players = suf_get(player_name, ASL_Sufkind_var)->u.i;
+  has_player_suffix_ = players != nullptr;
+  for (int i = 0; players && i < n_var; ++i)
+    if (is_max(players[i], "variable", var_name(i))) variable_players_[at(i)] = Player::Max;
+  players = suf_get(player_name, ASL_Sufkind_con)->u.i;
+  for (int i = 0; players && i < n_con; ++i)
+    if (is_max(players[i], "constraint", con_name(i))) max_constraints_.push_back(i);
+  const int* robust = suf_get(robust_name, ASL_Sufkind_con)->u.i;
   robust_constraints_ = facts_.listed_as_min;
-  for (int i = 0; robust->u.i && i < n_con; ++i) {
-    if (robust->u.i[i] == 0) continue;
-    if (robust->u.i[i] != 1)
-      throw std::runtime_error(std::string("constraint ") + con_name(i) + ": suffix robust is " +
-                               std::to_string(robust->u.i[i]) + ", not 0 or 1");
+  for (int i = 0; robust && i < n_con; ++i) {
+    if (robust[i] == 0) continue;
+    if (robust[i] != 1)
+      throw std::runtime_error("constraint " + constraint_name(i) + ": suffix robust is " +
+                               std::to_string(robust[i]) + ", not 0 or 1");
     if (std::ranges::find(max_constraints_, i) != max_constraints_.end())
-      throw std::runtime_error(std::string("constraint ") + con_name(i) +
+      throw std::runtime_error("constraint " + constraint_name(i) +
                                ": suffix robust gives it to player 0, suffix player to player 1");
     robust_constraints_.push_back(i);
   }
@@ -260,15 +235,9 @@ const BoxFunctions* NlProblem::over_boxes() {
   return boxes_.get();
 }
 
-int NlProblem::variables() const {
-  const ASL* asl = asl_;
-  return facts_.variables > 0 ? n_var : 0;
-}
+int NlProblem::variables() const { return facts_.variables > 0 ? n_var : 0; }
 
-int NlProblem::constraints() const {
-  const ASL* asl = asl_;
-  return n_con;
-}
+int NlProblem::constraints() const { return n_con; }
 
 /// Calls all that a solve calls, at the start and beside it. Whether the results are defined does
 /// not matter here: a damaged formula crashes.
@@ -276,12 +245,11 @@ void NlProblem::call_everything() {
   int n = 0, m = 0, jacobian_entries = 0, hessian_entries = 0;
   IndexStyleEnum style = C_STYLE;
   get_nlp_info(n, m, jacobian_entries, hessian_entries, style);
-  const auto size = [](int count) { return static_cast<std::size_t>(count); };
-  std::vector<double> x(size(n)), lower(size(n)), upper(size(n)), gradient(size(n)), g(size(m)),
-      g_lower(size(m)), g_upper(size(m)), lambda(size(m), 1.0), jacobian(size(jacobian_entries)),
-      hessian(size(hessian_entries));
+  std::vector<double> x(at(n)), lower(at(n)), upper(at(n)), gradient(at(n)), g(at(m)),
+      g_lower(at(m)), g_upper(at(m)), lambda(at(m), 1.0), jacobian(at(jacobian_entries)),
+      hessian(at(hessian_entries));
   std::vector<int> rows(std::max(jacobian.size(), hessian.size())), columns(rows.size());
-  std::vector<Player> players(size(std::max(n, m)), Player::Min);
+  std::vector<Player> players(at(std::max(n, m)), Player::Min);
   StringMetaDataMapType strings, constraint_strings;
   IntegerMetaDataMapType integers;
   NumericMetaDataMapType numbers;
@@ -310,15 +278,13 @@ void NlProblem::call_everything() {
 }
 
 bool NlProblem::is_linear(const std::vector<double>& from, int first, int last) {
-  ASL* asl = asl_;
-  const std::size_t m = static_cast<std::size_t>(n_con);
+  const std::size_t m = at(n_con);
   std::vector<double> step(from.size(), 0.0), to = from, gradient(from.size()),
                                               jacobian(static_cast<std::size_t>(nzc) + 1), g(m + 1),
                                               moved(m + 1), slope(m), size(m);
   for (int i = first; i < last; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    step[at] = (1.0 + 0.5 * std::sin(i + 1.0)) * std::max(1.0, std::abs(from[at]));
-    to[at] += step[at];
+    step[at(i)] = (1.0 + 0.5 * std::sin(i + 1.0)) * std::max(1.0, std::abs(from[at(i)]));
+    to[at(i)] += step[at(i)];
   }
   double f = 0.0, f_moved = 0.0;
   if (!eval_f(n_var, from.data(), true, f) || !eval_g(n_var, from.data(), true, n_con, g.data()) ||
@@ -334,15 +300,14 @@ bool NlProblem::is_linear(const std::vector<double>& from, int first, int last) 
              kRounding * (std::abs(before) + std::abs(after) + terms));
   };
   double predicted = 0.0, terms = 0.0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
+  for (const auto i : indices(from)) {
     predicted += gradient[i] * step[i];
     terms += std::abs(gradient[i] * step[i]);
   }
   bool linear = same(f, f_moved, predicted, terms);
   for (std::size_t i = 0; i < m; ++i) {
     for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
-      const double term = jacobian[static_cast<std::size_t>(entry->goff)] *
-                          step[static_cast<std::size_t>(entry->varno)];
+      const double term = jacobian[at(entry->goff)] * step[at(entry->varno)];
       slope[i] += term;
       size[i] += std::abs(term);
     }
@@ -352,13 +317,12 @@ bool NlProblem::is_linear(const std::vector<double>& from, int first, int last) 
 }
 
 void NlProblem::require_linear() {
-  ASL* asl = asl_;
   const int nonlinear = std::max(nlvc, nlvo);
   if (nonlinear >= n_var) return;
-  std::vector<double> start(static_cast<std::size_t>(n_var));
+  std::vector<double> start(at(n_var));
   get_starting_point(n_var, true, start.data(), false, nullptr, nullptr, n_con, false, nullptr);
   std::vector<double> off_start = start;  // a factor may be zero at the start
-  for (std::size_t i = 0; i < start.size(); ++i)
+  for (const auto i : indices(start))
     off_start[i] +=
         0.1 * (1.0 + 0.5 * std::cos(static_cast<double>(i))) * std::max(1.0, std::abs(start[i]));
   for (const std::vector<double>& from : {off_start, start}) {
@@ -368,7 +332,7 @@ void NlProblem::require_linear() {
       const int middle = first + (last - first) / 2;
       (is_linear(from, first, middle) ? first : last) = middle;
     }
-    throw std::runtime_error(std::string("variable ") + var_name(first) +
+    throw std::runtime_error("variable " + variable_name(first) +
                              " is nonlinear, but the header of " + file_ +
                              " counts only the first " + std::to_string(nonlinear) + " of " +
                              std::to_string(n_var) + " variables as nonlinear: wrong file");
@@ -376,12 +340,10 @@ void NlProblem::require_linear() {
 }
 
 std::vector<Player> NlProblem::implied_constraint_players() const {
-  const ASL* asl = asl_;
-  std::vector<Player> implied(static_cast<std::size_t>(n_con), Player::Min);
-  for (std::size_t i = 0; i < implied.size(); ++i) {
+  std::vector<Player> implied(at(n_con), Player::Min);
+  for (const auto i : indices(implied)) {
     for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
-      if (variable_players_[static_cast<std::size_t>(entry->varno)] == Player::Max)
-        implied[i] = Player::Max;
+      if (variable_players_[at(entry->varno)] == Player::Max) implied[i] = Player::Max;
     }
   }
   return implied;
@@ -407,70 +369,36 @@ void NlProblem::set_players(const PlayerOptions& options) {
   const std::vector<Player> before = players;
   require(apply_min_constraints(options, items, players));
   for (const int i : max_constraints_)
-    if (const auto at = static_cast<std::size_t>(i); players[at] != before[at])
+    if (players[at(i)] != before[at(i)])
       throw std::invalid_argument("option minmax_min_constraints gives constraint " +
-                                  std::to_string(i) + " (" + names[at] +
+                                  std::to_string(i) + " (" + names[at(i)] +
                                   ") to Min, the suffix player gives it to Max");
   max_constraints_.clear();
   robust_constraints_.clear();
   for (int i = 0; i < constraints(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (players[at] == Player::Max)
+    if (players[at(i)] == Player::Max)
       max_constraints_.push_back(i);
-    else if (implied[at] == Player::Max)
+    else if (implied[at(i)] == Player::Max)
       robust_constraints_.push_back(i);
   }
 }
 
-std::string NlProblem::variable_name(int i) const {
-  ASL* asl = asl_;
-  return var_name(i);
-}
+std::string NlProblem::variable_name(int i) const { return var_name(i); }
 
-std::string NlProblem::constraint_name(int i) const {
-  ASL* asl = asl_;
-  return con_name(i);
-}
+std::string NlProblem::constraint_name(int i) const { return con_name(i); }
 
 std::string NlProblem::misspelt_suffix() const {
   constexpr std::size_t kLongest = 20, kNear = 2;
   if (has_player_suffix_) return {};
   for (const std::string& name : facts_.other_suffixes) {
-    std::string lower = name;
-    std::ranges::transform(lower, lower.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (lower.size() <= kLongest && edit_distance(lower, player_name) <= kNear) return name;
+    if (name.size() <= kLongest && edit_distance(lower_case(name), player_name) <= kNear)
+      return name;
   }
   return {};
 }
 
-bool NlProblem::has_player(Player player) const {
-  return std::ranges::find(variable_players_, player) != variable_players_.end();
-}
-
-bool NlProblem::get_var_con_metadata(Index n, StringMetaDataMapType& variable_strings,
-                                     IntegerMetaDataMapType&, NumericMetaDataMapType&, Index m,
-                                     StringMetaDataMapType& constraint_strings,
-                                     IntegerMetaDataMapType&, NumericMetaDataMapType&) {
-  for (int i = 0; i < n; ++i) variable_strings["idx_names"].push_back(variable_name(i));
-  for (int i = 0; i < m; ++i) constraint_strings["idx_names"].push_back(constraint_name(i));
-  return true;
-}
-
-bool NlProblem::get_variable_players(Index, Player* players) {
-  std::copy(variable_players_.begin(), variable_players_.end(), players);
-  return true;
-}
-
-bool NlProblem::get_constraint_players(Index, Player* players) {
-  for (const int i : max_constraints_) players[i] = Player::Max;
-  for (const int i : robust_constraints_) players[i] = Player::Min;
-  return true;
-}
-
 bool NlProblem::get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
                              IndexStyleEnum& index_style) {
-  ASL* asl = asl_;
   n = variables();
   m = n_con;
   nnz_jac_g = static_cast<int>(nzc);
@@ -481,7 +409,6 @@ bool NlProblem::get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_
 
 bool NlProblem::get_bounds_info(Index n, double* x_l, double* x_u, Index m, double* g_l,
                                 double* g_u) {
-  ASL* asl = asl_;
   for (int i = 0; i < n; ++i) {
     x_l[i] = LUv[2 * i];
     x_u[i] = LUv[2 * i + 1];
@@ -495,7 +422,6 @@ bool NlProblem::get_bounds_info(Index n, double* x_l, double* x_u, Index m, doub
 
 bool NlProblem::get_scaling_parameters(double& of_objective, bool& use_x, Index n, double* x,
                                        bool& use_g, Index m, double* g) {
-  ASL* asl = asl_;
   // As Ipopt's executable: what is not listed, or not positive, is 1.
   const auto read = [&](int kind, Index count, double* to) {
     const double* factors = suf_get(scaling_name, kind)->u.r;
@@ -512,13 +438,12 @@ bool NlProblem::get_scaling_parameters(double& of_objective, bool& use_x, Index 
 
 bool NlProblem::get_starting_point(Index n, bool init_x, double* x, bool init_z, double* z_L,
                                    double* z_U, Index m, bool init_lambda, double* lambda) {
-  ASL* asl = asl_;
   for (int i = 0; init_x && i < n; ++i)
     x[i] = X0 ? X0[i] : std::max(LUv[2 * i], std::min(0.0, LUv[2 * i + 1]));
   const double* lower = suf_get(lower_name, ASL_Sufkind_var)->u.r;
   const double* upper = suf_get(upper_name, ASL_Sufkind_var)->u.r;
   for (int i = 0; init_z && i < n; ++i) {
-    const double side = variable_players_[static_cast<std::size_t>(i)] == Player::Min ? 1.0 : -1.0;
+    const double side = variable_players_[at(i)] == Player::Min ? 1.0 : -1.0;
     z_L[i] = lower ? sign_ * lower[i] : side;
     z_U[i] = upper ? -sign_ * upper[i] : side;
   }
@@ -537,11 +462,10 @@ void NlProblem::move_to(const double* x) {
 }
 
 bool NlProblem::evaluate(const double* x) {
-  ASL* asl = asl_;
   move_to(x);
   if (evaluated_) return f_is_defined_ && g_is_defined_;
   evaluated_ = true;
-  g_.resize(static_cast<std::size_t>(n_con));
+  g_.resize(at(n_con));
   fint error = 0;
   f_ = objective_ >= 0 ? sign_ * objval(objective_, x_.data(), &error) : 0.0;
   fint constraint_error = 0;
@@ -551,16 +475,9 @@ bool NlProblem::evaluate(const double* x) {
   return f_is_defined_ && g_is_defined_;
 }
 
-/// failed: what ASL says of an evaluation at x_.
-bool NlProblem::is_defined(bool failed) {
-  if (failed && halt_on_error_) undefined_at_ = x_;
-  return !failed;
-}
-
 /// Without a place for its error ASL says on standard error what is undefined.
 void NlProblem::halt_where_undefined() {
   if (undefined_at_.empty()) return;
-  ASL* asl = asl_;
   std::vector<double> gradient(undefined_at_.size()), jacobian(static_cast<std::size_t>(nzc));
   Jmp_buf jump;
   err_jmp = nullptr;  // what has failed leaves it pointing into its ended frame
@@ -576,14 +493,7 @@ void NlProblem::halt_where_undefined() {
                            " is undefined at a point of the solve (halt_on_ampl_error)");
 }
 
-bool NlProblem::eval_f(Index, const double* x, bool, double& value) {
-  evaluate(x);
-  value = f_;
-  return f_is_defined_;
-}
-
 bool NlProblem::eval_grad_f(Index n, const double* x, bool, double* gradient) {
-  ASL* asl = asl_;
   evaluate(x);
   if (!f_is_defined_) return false;
   std::fill(gradient, gradient + n, 0.0);
@@ -594,15 +504,8 @@ bool NlProblem::eval_grad_f(Index n, const double* x, bool, double* gradient) {
   return is_defined(error != 0);
 }
 
-bool NlProblem::eval_g(Index, const double* x, bool, Index, double* g) {
-  evaluate(x);
-  std::copy(g_.begin(), g_.end(), g);
-  return g_is_defined_;
-}
-
 bool NlProblem::eval_jac_g(Index, const double* x, bool, Index m, Index, Index* rows,
                            Index* columns, double* values) {
-  ASL* asl = asl_;
   if (!values) {
     for (int i = 0; i < m; ++i)
       for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
@@ -620,7 +523,6 @@ bool NlProblem::eval_jac_g(Index, const double* x, bool, Index m, Index, Index* 
 
 bool NlProblem::eval_rows(Index, const double* x, bool, Index count, const Index* rows, Index,
                           double* g, Index, double* values) {
-  ASL* asl = asl_;
   move_to(x);
   asl->i.congrd_mode = 2;  // congrd writes where jacval does
   fint error = 0;
@@ -637,7 +539,6 @@ bool NlProblem::eval_rows(Index, const double* x, bool, Index count, const Index
 
 bool NlProblem::eval_h(Index n, const double* x, bool, double sigma, Index m, const double* lambda,
                        bool, Index, Index* rows, Index* columns, double* values) {
-  ASL* asl = asl_;
   if (!values) {
     // ASL stores the upper triangle by columns, which is the lower one by rows.
     int entry = 0;
@@ -649,19 +550,19 @@ bool NlProblem::eval_h(Index n, const double* x, bool, double sigma, Index m, co
     return true;
   }
   move_to(x);
-  std::vector<Ipopt::Index> weighted;  // Hessians build on values
-  for (Ipopt::Index i = 0; i < m; ++i) {
+  std::vector<Index> weighted;  // Hessians build on values
+  for (Index i = 0; i < m; ++i) {
     if (lambda[i] != 0.0) weighted.push_back(i);
   }
   const bool few = !evaluated_ && sigma == 0.0;
-  g_.resize(static_cast<std::size_t>(n_con));
-  if (!(few ? eval_rows(n, x, false, static_cast<Ipopt::Index>(weighted.size()), weighted.data(), m,
+  g_.resize(at(n_con));
+  if (!(few ? eval_rows(n, x, false, static_cast<Index>(weighted.size()), weighted.data(), m,
                         g_.data(), 0, nullptr)
             : evaluate(x))) {
     return false;
   }
-  std::vector<double> weights(static_cast<std::size_t>(n_obj) + 1, 0.0);
-  if (objective_ >= 0) weights[static_cast<std::size_t>(objective_)] = sign_ * sigma;
+  std::vector<double> weights(at(n_obj) + 1, 0.0);
+  if (objective_ >= 0) weights[at(objective_)] = sign_ * sigma;
   std::vector<double> multipliers(lambda, lambda + m);
   if (!hessian_values(asl, values, n_obj > 0 ? weights.data() : nullptr,
                       m > 0 ? multipliers.data() : nullptr)) {
@@ -672,7 +573,6 @@ bool NlProblem::eval_h(Index n, const double* x, bool, double sigma, Index m, co
 }
 
 SolutionFile NlProblem::solution_file(const Result& result) const {
-  const ASL* asl = asl_;
   SolutionFile file;
   file.options.assign(ampl_options, ampl_options + 1 + std::clamp(ampl_options[0], 0, 9));
   if (file.options.size() == 1) file.options.clear();
@@ -697,10 +597,7 @@ SolutionFile NlProblem::solution_file(const Result& result) const {
   return file;
 }
 
-bool NlProblem::is_binary() const {
-  const ASL* asl = asl_;
-  return (binary_nl & 1) != 0;
-}
+bool NlProblem::is_binary() const { return (binary_nl & 1) != 0; }
 
 std::string solution_file_name(const std::string& stub) {
   const bool is_file = std::filesystem::is_regular_file(stub) && stub.ends_with(".nl");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <csignal>
 #include <memory>
 #include <string>
@@ -34,8 +35,6 @@ class NlProblem : public MinMaxTNLP,
   /// when the file cannot be used.
   NlProblem(const std::string& stub, int objective);
   ~NlProblem() override;
-  NlProblem(const NlProblem&) = delete;
-  NlProblem& operator=(const NlProblem&) = delete;
 
   /// What options minmax_max_variables, minmax_max_constraints and minmax_min_constraints list
   /// (adapter/player_lists.hpp), names as in the files .col and .row. Throws std::invalid_argument
@@ -57,7 +56,9 @@ class NlProblem : public MinMaxTNLP,
   void halt_where_undefined();
 
   [[nodiscard]] bool maximizes() const { return sign_ < 0.0; }
-  [[nodiscard]] bool has_player(Player player) const;
+  [[nodiscard]] bool has_player(Player player) const {
+    return std::ranges::find(variable_players_, player) != variable_players_.end();
+  }
   /// Whether the file has the suffix player of variables.
   [[nodiscard]] bool has_player_suffix() const { return has_player_suffix_; }
   /// A suffix of variables whose name is nearly that one; empty without.
@@ -71,12 +72,23 @@ class NlProblem : public MinMaxTNLP,
 
   /// Reads the formulas from the file at the first call.
   [[nodiscard]] const BoxFunctions* over_boxes() override;
-  bool get_variable_players(Index n, Player* players) override;
-  bool get_constraint_players(Index m, Player* players) override;
+  bool get_variable_players(Index, Player* players) override {
+    std::ranges::copy(variable_players_, players);
+    return true;
+  }
+  bool get_constraint_players(Index, Player* players) override {
+    for (const int i : max_constraints_) players[i] = Player::Max;
+    for (const int i : robust_constraints_) players[i] = Player::Min;
+    return true;
+  }
   bool get_var_con_metadata(Index n, StringMetaDataMapType& variable_strings,
                             IntegerMetaDataMapType&, NumericMetaDataMapType&, Index m,
                             StringMetaDataMapType& constraint_strings, IntegerMetaDataMapType&,
-                            NumericMetaDataMapType&) override;
+                            NumericMetaDataMapType&) override {
+    for (int i = 0; i < n; ++i) variable_strings["idx_names"].push_back(variable_name(i));
+    for (int i = 0; i < m; ++i) constraint_strings["idx_names"].push_back(constraint_name(i));
+    return true;
+  }
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
                     IndexStyleEnum& index_style) override;
   bool get_bounds_info(Index n, double* x_l, double* x_u, Index m, double* g_l,
@@ -85,9 +97,17 @@ class NlProblem : public MinMaxTNLP,
                               Index m, double* g) override;
   bool get_starting_point(Index n, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
                           Index m, bool init_lambda, double* lambda) override;
-  bool eval_f(Index n, const double* x, bool new_x, double& value) override;
+  bool eval_f(Index, const double* x, bool, double& value) override {
+    evaluate(x);
+    value = f_;
+    return f_is_defined_;
+  }
   bool eval_grad_f(Index n, const double* x, bool new_x, double* gradient) override;
-  bool eval_g(Index n, const double* x, bool new_x, Index m, double* g) override;
+  bool eval_g(Index, const double* x, bool, Index, double* g) override {
+    evaluate(x);
+    std::ranges::copy(g_, g);
+    return g_is_defined_;
+  }
   bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* rows,
                   Index* columns, double* values) override;
   bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* rows, Index m,
@@ -112,13 +132,10 @@ class NlProblem : public MinMaxTNLP,
   void load(int objective);
   void read();
   [[nodiscard]] int variables() const;
-  [[nodiscard]] int first_integer() const;
   /// Every index that the library hands over lies within its array, places of the Jacobian once.
   void require_valid_structure();
   void require_valid_hessian();
-  void choose_objective(int objective);
   void read_players();
-  void read_robust();
   [[nodiscard]] std::vector<Player> implied_constraint_players() const;
   void call_everything();
   /// ASL leaves variables out of its derivatives that the header counts as linear: throws when a
@@ -129,12 +146,16 @@ class NlProblem : public MinMaxTNLP,
   void move_to(const double* x);
   /// Evaluates f and g at x, which ASL's derivatives build on. Returns false if one is undefined.
   bool evaluate(const double* x);
-  [[nodiscard]] bool is_defined(bool failed);
+  /// failed: what ASL says of an evaluation at x_.
+  [[nodiscard]] bool is_defined(bool failed) {
+    if (failed && halt_on_error_) undefined_at_ = x_;
+    return !failed;
+  }
 
   std::string file_, read_from_;  ///< not the same where a variable had to be added
   NlFacts facts_;
   std::unique_ptr<NlBoxes> boxes_;
-  ASL* asl_ = nullptr;
+  ASL* asl = nullptr;   ///< the name that the macros of AMPL's library expect
   int objective_ = -1;  ///< 0-based, -1 for none
   double sign_ = 1.0;   ///< -1: the model maximizes
   int hessian_entries_ = 0;

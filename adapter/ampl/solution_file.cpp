@@ -1,10 +1,9 @@
 #include "solution_file.hpp"
+#include "adapter/ipopt/option_registry.hpp"
+#include "core/model/indices.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cstdint>
-#include <limits>
 #include <sstream>
 #include <string_view>
 
@@ -14,15 +13,8 @@ namespace {
 constexpr int kRealSuffix = 4;     ///< kind of a real suffix of variables
 constexpr int kProblemSuffix = 3;  ///< kind of an integer suffix of the problem
 
-std::string shortest(double value) {
-  std::array<char, 32> digits;
-  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  return {digits.data(), end};
-}
-
 int nonzeros(const std::vector<double>& values) {
-  return static_cast<int>(values.size()) -
-         static_cast<int>(std::count(values.begin(), values.end(), 0.0));
+  return static_cast<int>(values.size()) - static_cast<int>(std::ranges::count(values, 0.0));
 }
 
 /// AMPL's code for an option 3 in second place: a tolerance follows, and the count is two higher.
@@ -74,18 +66,18 @@ std::string SolutionFile::text() const {
     for (const int option : counted(*this)) out << option << '\n';
     out << constraints << '\n' << duals.size() << '\n';
     out << variables << '\n' << primals.size() << '\n';
-    if (bound_tolerance) out << shortest(*bound_tolerance) << '\n';
+    if (bound_tolerance) out << text_of(*bound_tolerance) << '\n';
   }
   for (const std::vector<double>* values : {&duals, &primals})
-    for (const double value : *values) out << shortest(value) << '\n';
+    for (const double value : *values) out << text_of(value) << '\n';
   if (!has_status) return out.str();
   out << "objno " << objective << ' ' << solve_result << '\n';
   for (const Suffix& suffix : variable_suffixes) {
     out << "suffix " << kRealSuffix << ' ' << nonzeros(suffix.values) << ' '
         << suffix.name.size() + 1 << " 0 0\n"
         << suffix.name << '\n';
-    for (std::size_t i = 0; i < suffix.values.size(); ++i)
-      if (suffix.values[i] != 0.0) out << i << ' ' << shortest(suffix.values[i]) << '\n';
+    for (const auto i : indices(suffix.values))
+      if (suffix.values[i] != 0.0) out << i << ' ' << text_of(suffix.values[i]) << '\n';
   }
   if (problem_suffix && problem_suffix->value != 0) {
     const auto& [name, value] = *problem_suffix;
@@ -97,12 +89,12 @@ std::string SolutionFile::text() const {
 
 std::string SolutionFile::binary() const {
   Bytes out;
-  out.add_record(Bytes().add(std::string_view("binary")));
-  if (!message.empty()) out.add_record(Bytes().add(std::string_view(message)));
+  out.add_record(Bytes().add("binary"));
+  if (!message.empty()) out.add_record(Bytes().add(message));
   out.add_record({});
   if (!options.empty()) {
     Bytes record;
-    record.add(std::string_view("Options")).add(counted(*this)).add(constraints);
+    record.add("Options").add(counted(*this)).add(constraints);
     record.add(static_cast<std::int32_t>(duals.size())).add(variables);
     record.add(static_cast<std::int32_t>(primals.size()));
     if (bound_tolerance) record.add(*bound_tolerance);
@@ -111,22 +103,21 @@ std::string SolutionFile::binary() const {
   out.add_record(Bytes().add(duals)).add_record(Bytes().add(primals));
   if (!has_status) return out.bytes();
   out.add_record(Bytes().add(objective).add(solve_result));
-  for (const Suffix& suffix : variable_suffixes) {
+  const auto heading = [](int kind, int entries, const std::string& name) {
+    const std::string_view with_end(name.c_str(), name.size() + 1);
     Bytes record;
-    record.add(std::string_view("\nSuffix\n")).add(kRealSuffix).add(nonzeros(suffix.values));
-    record.add(static_cast<std::int32_t>(suffix.name.size() + 1)).add(0);
-    record.add(std::string_view(suffix.name.c_str(), suffix.name.size() + 1));
-    for (std::size_t i = 0; i < suffix.values.size(); ++i)
+    record.add("\nSuffix\n").add(kind).add(entries);
+    return record.add(static_cast<std::int32_t>(with_end.size())).add(0).add(with_end);
+  };
+  for (const Suffix& suffix : variable_suffixes) {
+    Bytes record = heading(kRealSuffix, nonzeros(suffix.values), suffix.name);
+    for (const auto i : indices(suffix.values))
       if (suffix.values[i] != 0.0) record.add(static_cast<std::int32_t>(i)).add(suffix.values[i]);
     out.add_record(record);
   }
   if (problem_suffix && problem_suffix->value != 0) {
     const auto& [name, value] = *problem_suffix;
-    Bytes record;
-    record.add(std::string_view("\nSuffix\n")).add(kProblemSuffix).add(1);
-    record.add(static_cast<std::int32_t>(name.size() + 1)).add(0);
-    record.add(std::string_view(name.c_str(), name.size() + 1)).add(0).add(value);
-    out.add_record(record);
+    out.add_record(heading(kProblemSuffix, 1, name).add(0).add(value));
   }
   return out.bytes();
 }

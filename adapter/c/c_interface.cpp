@@ -1,11 +1,5 @@
-#include <IpOptionsList.hpp>
-#include <IpRegOptions.hpp>
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
-#include <exception>
-#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,8 +7,10 @@
 #include "adapter/c/c_problem.hpp"
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/ipopt_library.hpp"
+#include "adapter/ipopt/option_registry.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
 #include "core/version.h"
+#include "linalg/numbers.hpp"
 
 // The C interface: problems, options, solves.
 
@@ -77,15 +73,15 @@ static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
               same(IPMINMAX_VIOLATED, SecondOrder::Violated) &&
               same(IPMINMAX_FLAT, SecondOrder::Flat));
 
-std::vector<int> read_players(const int* players, Index count, const char* name,
-                              std::string& error) {
-  if (players == nullptr || count <= 0 || !error.empty()) return {};
-  const std::vector<int> result(players, players + count);
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    if (result[i] == IPMINMAX_MIN || result[i] == IPMINMAX_MAX) continue;
-    error = name_of_entry(name, i) + " = " + std::to_string(result[i]) +
-            "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)";
-    break;
+std::vector<Player> read_players(const int* players, Index count, const char* name,
+                                 std::string& error) {
+  std::vector<Player> result;
+  for (Index i = 0; players != nullptr && i < count && error.empty(); ++i) {
+    if (players[i] != IPMINMAX_MIN && players[i] != IPMINMAX_MAX) {
+      error = name_of_entry(name, at(i)) + " = " + std::to_string(players[i]) +
+              "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)";
+    }
+    result.push_back(static_cast<Player>(players[i]));
   }
   return result;
 }
@@ -108,13 +104,6 @@ std::string error_of(const CallbackDefinition& d, int index_style, const int* va
   if (d.m > 0 && d.eval_jac_g == nullptr) return "eval_jac_g is NULL";
   if (d.n > 0 && variable_players == nullptr) return "variable_players is NULL";
   return {};
-}
-
-template <class Value>
-std::string text_of(Value value) {
-  std::array<char, 64> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-  return {buffer.data(), end};
 }
 
 /// Copies scaling factors; NULL is none.
@@ -144,7 +133,7 @@ int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionTyp
     OptionRegistry registry;
     const SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(keyword);
     const std::string name(keyword);
-    if (Ipopt::IsNull(option)) return unknown_option(name, registry);
+    if (IsNull(option)) return unknown_option(name, registry);
     if (option->Type() != type) {
       return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
     }
@@ -160,7 +149,7 @@ bool is_warm(const Problem& problem) {
 
 /// warm_start_init_point is yes while this lives. Where memory is too short for setting it back,
 /// the next solve does.
-class WarmStart {
+class WarmStart : Uncopied {
  public:
   explicit WarmStart(Problem& problem) : problem_(problem) {
     if (is_warm(problem)) return;
@@ -173,9 +162,6 @@ class WarmStart {
     } catch (...) {  // bad_alloc
     }
   }
-  WarmStart(const WarmStart&) = delete;
-  WarmStart& operator=(const WarmStart&) = delete;
-
   static void end(Problem& problem) {
     if (!problem.warm_for_once) return;
     set(problem, "no");
@@ -217,14 +203,14 @@ enum class Call : std::uint8_t { Solve, Again, OverRanks };
 /// Solves from the model's start, options read.
 IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
   MinMaxApplication& application = *problem.application;
-  const SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(problem.model);
+  const SmartPtr<Ipopt::TNLP> model = GetRawPtr(problem.model);
   const auto status = call == Call::Again       ? application.ReOptimizeTNLP(model)
                       : call == Call::OverRanks ? application.OptimizeTNLPOverRanks(model)
                                                 : application.OptimizeTNLP(model);
   const Result& result = application.LastResult();
   problem.status = ipminmax::name_of(result.status);
   say(&problem, result.message);
-  problem.answered = Ipopt::IsValid(application.Statistics());
+  problem.answered = IsValid(application.Statistics());
   if (problem.model->finalized) write(*problem.model, out);
   return static_cast<IpminmaxReturnStatus>(status);
 }
@@ -232,7 +218,7 @@ IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
 IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data, Call call) {
   const bool again = call == Call::Again;
   CallbackTNLP& model = *problem.model;
-  const CallbackDefinition& d = model.definition();
+  const CallbackDefinition& d = model.definition;
   if (again && !problem.answered) {
     return stop(problem, Status::InvalidProblem,
                 "IpminmaxSolveAgain needs a last solve with a final point");
@@ -249,11 +235,9 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
   }
 
   model.needs_hessian = asks_for_hessian(problem);
+  if (again) model.start = model.answer;
   model.start.x.assign(out.x, out.x + d.n);
   if (again) {
-    model.start.lambda = model.answer.lambda;
-    model.start.z_lower = model.answer.z_lower;
-    model.start.z_upper = model.answer.z_upper;
     const WarmStart warm(problem);
     if (!is_warm(problem)) {
       return stop(problem, Status::InvalidOption,
@@ -290,15 +274,7 @@ IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* us
     return IPMINMAX_INVALID_PROBLEM_DEFINITION;
   }
   const Solving solving(*problem);
-  try {
-    return start(*problem, out, user_data, call);
-  } catch (const std::bad_alloc&) {
-    say_fixed(problem, "out of memory");
-    return IPMINMAX_INSUFFICIENT_MEMORY;
-  } catch (...) {
-    say_fixed(problem, "internal error: unexpected exception");
-    return IPMINMAX_INTERNAL_ERROR;
-  }
+  return attempt(problem, [&] { return start(*problem, out, user_data, call); });
 }
 
 }  // namespace
@@ -313,17 +289,10 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
                                IpminmaxEval_Grad_F_CB eval_grad_f, IpminmaxEval_Jac_G_CB eval_jac_g,
                                IpminmaxEval_H_CB eval_h, const int* variable_players,
                                const int* constraint_players) {
-  try {
-    CallbackDefinition d;
-    d.n = n;
-    d.m = m;
-    d.nele_jac = nele_jac;
-    d.nele_hess = nele_hess;
-    d.eval_f = eval_f;
-    d.eval_g = eval_g;
-    d.eval_grad_f = eval_grad_f;
-    d.eval_jac_g = eval_jac_g;
-    d.eval_h = eval_h;
+  IpminmaxProblem problem = nullptr;
+  attempt(nullptr, [&] {
+    CallbackDefinition d{n,           m,      nele_jac,   nele_hess, eval_f,
+                         eval_grad_f, eval_g, eval_jac_g, eval_h};
     std::string error = ipopt_library_error();
     if (error.empty()) error = error_of(d, index_style, variable_players);
     d.index_style =
@@ -334,14 +303,13 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
     d.g_upper = read_array(g_U, m, "g_U", error);
     d.variable_players = read_players(variable_players, n, "variable_players", error);
     d.constraint_players = read_players(constraint_players, m, "constraint_players", error);
-    if (error.empty()) return new IpminmaxProblemInfo(std::move(d));
-    say(nullptr, std::move(error));
-  } catch (const std::bad_alloc&) {
-    say_fixed(nullptr, "out of memory");
-  } catch (...) {
-    say_fixed(nullptr, "internal error: unexpected exception");
-  }
-  return nullptr;
+    if (error.empty())
+      problem = new IpminmaxProblemInfo(std::move(d));
+    else
+      say(nullptr, std::move(error));
+    return IPMINMAX_SOLVE_SUCCEEDED;
+  });
+  return problem;
 }
 
 void IpminmaxFree(IpminmaxProblem problem) {
@@ -364,7 +332,7 @@ int IpminmaxAddNumOption(IpminmaxProblem problem, const char* keyword, double va
 }
 
 int IpminmaxAddIntOption(IpminmaxProblem problem, const char* keyword, int val) {
-  return add_option(problem, keyword, Ipopt::OT_Integer, [=] { return text_of(val); });
+  return add_option(problem, keyword, Ipopt::OT_Integer, [=] { return std::to_string(val); });
 }
 
 int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char* file_name, int print_level) {
@@ -389,8 +357,8 @@ int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double
       return "obj_scaling = " + text_of(obj_scaling) + " is not of a size in [" +
              text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
     }
-    auto x = read_scaling(x_scaling, model.definition().n, "x_scaling", error);
-    auto g = read_scaling(g_scaling, model.definition().m, "g_scaling", error);
+    auto x = read_scaling(x_scaling, model.definition.n, "x_scaling", error);
+    auto g = read_scaling(g_scaling, model.definition.m, "g_scaling", error);
     if (!error.empty()) return error;
     model.objective_scaling = obj_scaling;
     model.x_scaling = std::move(x);
@@ -403,7 +371,7 @@ int IpminmaxSetBounds(IpminmaxProblem problem, const double* x_L, const double* 
                       const double* g_L, const double* g_U) {
   return guarded(problem, [&]() -> std::string {
     if (problem->solving) return "the problem is being solved: its bounds cannot change";
-    CallbackDefinition& d = problem->model->definition();
+    CallbackDefinition& d = problem->model->definition;
     std::string error;
     const auto read = [&](const double* values, const std::vector<double>& present,
                           const char* name) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <new>
 #include <string>
@@ -10,7 +11,9 @@
 #include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/ipopt/minmax_tnlp.hpp"
 #include "adapter/ipopt/optional_players.hpp"
+#include "adapter/ipopt/point_arrays.hpp"
 #include "core/sensitivity.hpp"
+#include "linalg/uncopied.hpp"
 
 // What the C interface's functions work with.
 
@@ -19,16 +22,16 @@ inline namespace IPMINMAX_IPOPT_ABI {
 
 /// What IpminmaxCreate was given; arrays have n or m entries.
 struct CallbackDefinition {
-  Index n = 0, m = 0, nele_jac = 0, nele_hess = 0;
+  Index n, m, nele_jac, nele_hess;
+  IpminmaxEval_F_CB eval_f;
+  IpminmaxEval_Grad_F_CB eval_grad_f;
+  IpminmaxEval_G_CB eval_g;
+  IpminmaxEval_Jac_G_CB eval_jac_g;
+  IpminmaxEval_H_CB eval_h;
   Ipopt::TNLP::IndexStyleEnum index_style = Ipopt::TNLP::C_STYLE;
-  std::vector<double> x_lower, x_upper, g_lower, g_upper;
-  std::vector<int> variable_players;
-  std::vector<int> constraint_players;  ///< m, or empty: implied
-  IpminmaxEval_F_CB eval_f = nullptr;
-  IpminmaxEval_G_CB eval_g = nullptr;
-  IpminmaxEval_Grad_F_CB eval_grad_f = nullptr;
-  IpminmaxEval_Jac_G_CB eval_jac_g = nullptr;
-  IpminmaxEval_H_CB eval_h = nullptr;
+  std::vector<double> x_lower{}, x_upper{}, g_lower{}, g_upper{};
+  std::vector<Player> variable_players{};
+  std::vector<Player> constraint_players{};  ///< m, or empty: implied
 };
 
 /// Primal and dual variables: n, m, n, n.
@@ -42,13 +45,11 @@ class CallbackTNLP : public MinMaxTNLP,
                      public ModelOverBoxes,
                      public ModelByRows {
  public:
-  explicit CallbackTNLP(CallbackDefinition definition) : d_(std::move(definition)) {}
-
-  [[nodiscard]] const CallbackDefinition& definition() const { return d_; }
-  [[nodiscard]] CallbackDefinition& definition() { return d_; }
+  explicit CallbackTNLP(CallbackDefinition d) : definition(std::move(d)) {}
 
   [[nodiscard]] const BoxFunctions* over_boxes() override { return boxes; }
 
+  CallbackDefinition definition;
   const BoxFunctions* boxes = nullptr;  ///< the functions over boxes, where they are known
   IpminmaxEval_Rows_CB rows = nullptr;
   IpminmaxIntermediate_CB intermediate = nullptr;
@@ -64,40 +65,126 @@ class CallbackTNLP : public MinMaxTNLP,
   bool finalized = false;  ///< whether the current solve has an answer
 
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
-                    IndexStyleEnum& index_style) override;
+                    IndexStyleEnum& index_style) override {
+    n = definition.n;
+    m = definition.m;
+    nnz_jac_g = definition.nele_jac;
+    nnz_h_lag = definition.nele_hess;
+    index_style = definition.index_style;
+    return true;
+  }
   bool get_var_con_metadata(Index, StringMetaDataMapType& variable_strings, IntegerMetaDataMapType&,
-                            NumericMetaDataMapType&, Index, StringMetaDataMapType&,
-                            IntegerMetaDataMapType&, NumericMetaDataMapType&) override;
-  bool get_variable_players(Index, Player* players) override;
-  bool get_constraint_players(Index, Player* players) override;
-  bool get_bounds_info(Index, double* x_l, double* x_u, Index, double* g_l, double* g_u) override;
+                            NumericMetaDataMapType&, Index,
+                            StringMetaDataMapType& constraint_strings, IntegerMetaDataMapType&,
+                            NumericMetaDataMapType&) override {
+    if (!variable_names.empty()) variable_strings["idx_names"] = variable_names;
+    if (!constraint_names.empty()) constraint_strings["idx_names"] = constraint_names;
+    return true;
+  }
+  bool get_variable_players(Index, Player* players) override {
+    std::ranges::copy(definition.variable_players, players);
+    return true;
+  }
+  bool get_constraint_players(Index, Player* players) override {
+    std::ranges::copy(definition.constraint_players, players);
+    return true;
+  }
+  bool get_bounds_info(Index, double* x_l, double* x_u, Index, double* g_l, double* g_u) override {
+    copy_to(x_l, definition.x_lower);
+    copy_to(x_u, definition.x_upper);
+    copy_to(g_l, definition.g_lower);
+    copy_to(g_u, definition.g_upper);
+    return true;
+  }
   bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index,
                               double* x_scaling_out, bool& use_g_scaling, Index,
-                              double* g_scaling_out) override;
+                              double* g_scaling_out) override {
+    obj_scaling = objective_scaling;
+    use_x_scaling = !x_scaling.empty();
+    use_g_scaling = !g_scaling.empty();
+    copy_to(x_scaling_out, x_scaling);
+    copy_to(g_scaling_out, g_scaling);
+    return true;
+  }
   bool get_starting_point(Index, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
-                          Index, bool init_lambda, double* lambda) override;
-  bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override;
-  bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override;
-  bool eval_g(Index n, const double* x, bool new_x, Index m, double* values) override;
+                          Index, bool init_lambda, double* lambda) override {
+    if (init_x) copy_to(x, start.x);
+    if (init_z) copy_to(z_L, start.z_lower);
+    if (init_z) copy_to(z_U, start.z_upper);
+    if (init_lambda) copy_to(lambda, start.lambda);
+    return true;
+  }
+  bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override {
+    return is_true(definition.eval_f(n, writable(x), new_x, &obj_value, user_data));
+  }
+  bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override {
+    return is_true(definition.eval_grad_f(n, writable(x), new_x, grad_f, user_data));
+  }
+  bool eval_g(Index n, const double* x, bool new_x, Index m, double* values) override {
+    return definition.eval_g == nullptr ||
+           is_true(definition.eval_g(n, writable(x), new_x, m, values, user_data));
+  }
   bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* iRow,
-                  Index* jCol, double* values) override;
+                  Index* jCol, double* values) override {
+    return definition.eval_jac_g == nullptr ||
+           is_true(definition.eval_jac_g(n, writable(x), new_x, m, nele_jac, iRow, jCol, values,
+                                         user_data));
+  }
   bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* which, Index m,
-                 double* values_g, Index nele_jac, double* values) override;
+                 double* values_g, Index nele_jac, double* values) override {
+    if (rows != nullptr) {
+      return is_true(
+          rows(n, writable(x), new_x, count, which, m, values_g, nele_jac, values, user_data));
+    }
+    return values_g != nullptr ? eval_g(n, x, new_x, m, values_g)
+                               : eval_jac_g(n, x, new_x, m, nele_jac, nullptr, nullptr, values);
+  }
   bool eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
               const double* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
-              double* values) override;
+              double* values) override {
+    if (definition.eval_h == nullptr) return false;
+    const bool done =
+        is_true(definition.eval_h(n, writable(x), new_x, obj_factor, m, writable(lambda),
+                                  new_lambda, nele_hess, iRow, jCol, values, user_data));
+    if (!done && values == nullptr && needs_hessian) {
+      THROW_EXCEPTION(  // Invalid_Option, as in Ipopt
+          Ipopt::OPTION_INVALID,
+          "eval_h returned 0 when asked for the structure of the Hessian; without second "
+          "derivatives eval_h is NULL, or hessian_approximation finite-difference-values");
+    }
+    return done;
+  }
   bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, double obj_value, double inf_pr,
                              double inf_du, double mu, double d_norm, double regularization_size,
                              double alpha_du, double alpha_pr, Index ls_trials,
-                             const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override;
-  bool maximization_callback(Index iter, double value) override;
+                             const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
+    return intermediate == nullptr ||
+           is_true(intermediate(static_cast<int>(mode), iter, obj_value, inf_pr, inf_du, mu, d_norm,
+                                regularization_size, alpha_du, alpha_pr, ls_trials, user_data));
+  }
+  bool maximization_callback(Index iter, double value) override {
+    return intermediate == nullptr ||
+           is_true(intermediate(2, iter, value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, user_data));
+  }
   void finalize_solution(Ipopt::SolverReturn, Index n, const double* x, const double* z_L,
                          const double* z_U, Index m, const double* g_values, const double* lambda,
                          double obj_value, const Ipopt::IpoptData*,
-                         Ipopt::IpoptCalculatedQuantities*) override;
+                         Ipopt::IpoptCalculatedQuantities*) override {
+    answer.x.assign(x, x + n);
+    answer.z_lower.assign(z_L, z_L + n);
+    answer.z_upper.assign(z_U, z_U + n);
+    answer.lambda.assign(lambda, lambda + m);
+    g.assign(g_values, g_values + m);
+    objective = obj_value;
+    finalized = true;
+  }
 
  private:
-  CallbackDefinition d_;
+  /// Callbacks made for Ipopt 3.14 return bool, of which a caller that reads an int finds only the
+  /// low byte defined (System V and AArch64 ABI).
+  static bool is_true(int returned) { return static_cast<unsigned char>(returned) != 0; }
+  /// Ipopt's C callbacks take pointers to non-const and promise not to write.
+  static double* writable(const double* values) { return const_cast<double*>(values); }
 };
 
 }  // namespace IPMINMAX_IPOPT_ABI
@@ -136,16 +223,28 @@ void say_fixed(IpminmaxProblemInfo* problem, const char* text) noexcept;
 [[nodiscard]] const char* message_without_problem() noexcept;
 
 /// A function of the model may be called while this lives.
-class Solving {
+class Solving : Uncopied {
  public:
   explicit Solving(IpminmaxProblemInfo& problem) : problem_(problem) { problem.solving = true; }
   ~Solving() { problem_.solving = false; }
-  Solving(const Solving&) = delete;
-  Solving& operator=(const Solving&) = delete;
 
  private:
   IpminmaxProblemInfo& problem_;
 };
+
+/// Runs action, which returns a status. No exception leaves.
+template <class Action>
+IpminmaxReturnStatus attempt(IpminmaxProblemInfo* problem, Action action) noexcept {
+  try {
+    return action();
+  } catch (const std::bad_alloc&) {
+    say_fixed(problem, "out of memory");
+    return IPMINMAX_INSUFFICIENT_MEMORY;
+  } catch (...) {
+    say_fixed(problem, "internal error: unexpected exception");
+    return IPMINMAX_INTERNAL_ERROR;
+  }
+}
 
 /// Runs action, which returns an error or nothing; 1 when there is none. No exception leaves.
 template <class Action>
@@ -154,16 +253,12 @@ int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
     say_fixed(nullptr, "the problem is NULL");
     return 0;
   }
-  try {
-    std::string error = action();
-    if (error.empty()) return 1;
-    say(problem, std::move(error));
-  } catch (const std::bad_alloc&) {
-    say_fixed(problem, "out of memory");
-  } catch (...) {
-    say_fixed(problem, "internal error: unexpected exception");
-  }
-  return 0;
+  return attempt(problem, [&] {
+           std::string error = action();
+           if (error.empty()) return IPMINMAX_SOLVE_SUCCEEDED;
+           say(problem, std::move(error));
+           return IPMINMAX_INVALID_PROBLEM_DEFINITION;
+         }) == IPMINMAX_SOLVE_SUCCEEDED;
 }
 
 /// array[i], as messages name it.

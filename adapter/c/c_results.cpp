@@ -8,6 +8,7 @@
 #include "adapter/ipopt/point_arrays.hpp"
 #include "core/answer.hpp"
 #include "core/gap.hpp"
+#include "linalg/numbers.hpp"
 
 // The C interface: what a solve has found, the current iterate, the worst case.
 
@@ -16,8 +17,6 @@ inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
-
-std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
 
 IpminmaxInertia to_c(const Inertia& inertia) {
   return {inertia.positive, inertia.negative, inertia.zero};
@@ -28,7 +27,7 @@ constexpr const char* kNoCallback =
 
 /// What is wrong with array sizes given to the functions for the current iterate.
 std::string error_of_sizes(const Problem& problem, int n, int m) {
-  const CallbackDefinition& d = problem.model->definition();
+  const CallbackDefinition& d = problem.model->definition;
   if (n != d.n) return "n = " + std::to_string(n) + ", but there are " + std::to_string(d.n);
   if (m != d.m) return "m = " + std::to_string(m) + ", but there are " + std::to_string(d.m);
   return {};
@@ -58,10 +57,10 @@ void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> ta
   to.competing = from.competing;
   to.value = from.value;
   to.found = from.v.empty() ? 0 : 1;
-  to.higher = from.higher ? 1 : 0;
-  to.unbounded = from.unbounded ? 1 : 0;
-  to.single_branch = from.single_branch ? 1 : 0;
-  to.stated_concave = from.stated_concave ? 1 : 0;
+  to.higher = from.higher;
+  to.unbounded = from.unbounded;
+  to.single_branch = from.single_branch;
+  to.stated_concave = from.stated_concave;
   write_sized(&to, sizeof to, target.structure, target.size);
   problem.branches = from.branches;
   copy_to(worst_x, from.v);
@@ -73,7 +72,7 @@ template <class Ask>
 std::string ask_at(Problem& problem, const double* x, void* user_data, const Ask& ask) {
   if (problem.solving) return "the problem is being solved";
   std::string error;
-  const std::vector<double> v = read_array(x, problem.model->definition().n, "x", error);
+  const std::vector<double> v = read_array(x, problem.model->definition.n, "x", error);
   if (!error.empty()) return error;
   if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
     return problem.application->LastResult().message;
@@ -82,7 +81,7 @@ std::string ask_at(Problem& problem, const double* x, void* user_data, const Ask
   problem.model->needs_hessian = asks_for_hessian(problem);
   problem.model->start.x = v;
   const Solving solving(problem);
-  return ask(*problem.application, Ipopt::GetRawPtr(problem.model), v);
+  return ask(*problem.application, GetRawPtr(problem.model), v);
 }
 
 std::string error_of_answer(const Problem& problem, const void* target) {
@@ -116,13 +115,13 @@ int IpminmaxGetCertificateSized(IpminmaxProblem problem, IpminmaxCertificate* ce
     to.full = to_c(from.full);
     to.full_expected = to_c(from.full_expected);
     to.margin = from.margin;
-    to.licq_min = from.licq_min ? 1 : 0;
-    to.licq_max = from.licq_max ? 1 : 0;
+    to.licq_min = from.licq_min;
+    to.licq_max = from.licq_max;
     to.weakly_active_min = from.weakly_active_min;
     to.weakly_active_max = from.weakly_active_max;
-    to.finite_differences = from.finite_differences ? 1 : 0;
+    to.finite_differences = from.finite_differences;
     to.hessian_error = from.hessian_error;
-    to.hessian_disagrees = from.hessian_disagrees ? 1 : 0;
+    to.hessian_disagrees = from.hessian_disagrees;
     to.least_curvature = from.least_curvature;
     to.least_curvature_variable = from.least_curvature_variable;
     to.answer = static_cast<IpminmaxAnswer>(from.answer);
@@ -230,7 +229,7 @@ int IpminmaxFindGap(IpminmaxProblem problem, const double* x, double* most, doub
       std::string error = application.FindGap(model, v, gap);
       if (most != nullptr) *most = gap.most;
       if (least != nullptr) *least = gap.least;
-      if (saddle_point != nullptr) *saddle_point = gap.saddle_point ? 1 : 0;
+      if (saddle_point != nullptr) *saddle_point = gap.saddle_point;
       return error.empty() && std::isnan(gap.size()) ? gap.message : error;
     });
   });
@@ -253,7 +252,7 @@ int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double* 
   if (problem == nullptr) return 0;
   const std::vector<double>& branches = problem->branches;
   const int most = std::min(capacity, static_cast<int>(branches.size()));
-  for (int k = 0; values != nullptr && k < most; ++k) values[k] = branches[size_of(k)];
+  for (int k = 0; values != nullptr && k < most; ++k) values[k] = branches[at(k)];
   return static_cast<int>(branches.size());
 }
 
@@ -263,15 +262,15 @@ int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int* cons
   const std::vector<RobustWorstCase>& found = problem->application->LastWorstCases();
   const int most = std::min(capacity, static_cast<int>(found.size()));
   for (int k = 0; k < most; ++k) {
-    const RobustWorstCase& from = found[size_of(k)];
+    const RobustWorstCase& from = found[at(k)];
     const auto put = [k](auto* to, auto value) {
       if (to != nullptr) to[k] = value;
     };
     put(constraints, static_cast<int>(from.constraint));
     put(values, from.value);
     put(multipliers, from.multiplier);
-    put(active, from.active ? 1 : 0);
-    if (worst_x != nullptr) std::ranges::copy(from.v, worst_x + size_of(k) * from.v.size());
+    put(active, from.active);
+    if (worst_x != nullptr) std::ranges::copy(from.v, worst_x + at(k) * from.v.size());
   }
   return static_cast<int>(found.size());
 }
@@ -282,10 +281,10 @@ int IpminmaxGetPoints(IpminmaxProblem problem, int capacity, double* values, int
   const std::vector<DistinctPoint>& points = problem->application->LastPoints();
   const int most = std::min(capacity, static_cast<int>(points.size()));
   for (int k = 0; k < most; ++k) {
-    const DistinctPoint& from = points[size_of(k)];
+    const DistinctPoint& from = points[at(k)];
     if (values != nullptr) values[k] = from.result.objective;
     if (found != nullptr) found[k] = static_cast<int>(from.found);
-    if (x != nullptr) std::ranges::copy(from.result.v, x + size_of(k) * from.result.v.size());
+    if (x != nullptr) std::ranges::copy(from.result.v, x + at(k) * from.result.v.size());
   }
   return static_cast<int>(points.size());
 }
@@ -295,8 +294,8 @@ const char* IpminmaxStatement(IpminmaxProblem problem, int which) {
     return "";
   }
   const bool done = guarded(problem, [&]() -> std::string {
-                      problem->statement = statements(
-                          problem->application->LastResult())[static_cast<std::size_t>(which)];
+                      problem->statement =
+                          statements(problem->application->LastResult())[at(which)];
                       return {};
                     }) != 0;
   return done ? problem->statement.c_str() : "";

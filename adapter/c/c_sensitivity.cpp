@@ -7,6 +7,7 @@
 
 #include "adapter/c/c_problem.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
+#include "linalg/numbers.hpp"
 
 // The C interface: how a solution follows bounds and Min's variables.
 
@@ -47,7 +48,7 @@ struct BoundArrays {
 template <class Action>
 int along_bounds(Problem* problem, const BoundArrays& by, Action action) {
   return guarded(problem, [&] {
-    const CallbackDefinition& d = problem->model->definition();
+    const CallbackDefinition& d = problem->model->definition;
     std::string error;
     const auto read = [&](const double* values, Index count, const char* name) {
       return values == nullptr ? std::vector<double>() : read_array(values, count, name, error);
@@ -66,7 +67,7 @@ int after_move(Problem* problem, const double* dx_min, Action action) {
   return guarded(problem, [&] {
     std::string error;
     const std::vector<double> move =
-        read_array(dx_min, problem->model->definition().n, "dx_min", error);
+        read_array(dx_min, problem->model->definition.n, "dx_min", error);
     return with_sensitivity(*problem, error, [&](Sensitivity& of) { action(of, move); });
   });
 }
@@ -76,22 +77,22 @@ struct SensitivityOutput {
   double *x, *mult_g, *mult_x_L, *mult_x_U, *obj, *last;
 };
 
-void write(const SolutionDerivative& found, const SensitivityOutput& out) {
+template <class Found>
+void copy_out(const Found& found, double last, const SensitivityOutput& out) {
   copy_to(out.x, found.v);
   copy_to(out.mult_g, found.lambda);
   copy_to(out.mult_x_L, found.z_lower);
   copy_to(out.mult_x_U, found.z_upper);
   if (out.obj != nullptr) *out.obj = found.objective;
-  if (out.last != nullptr) *out.last = found.objective_curvature;
+  if (out.last != nullptr) *out.last = last;
+}
+
+void write(const SolutionDerivative& found, const SensitivityOutput& out) {
+  copy_out(found, found.objective_curvature, out);
 }
 
 void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
-  copy_to(out.x, found.v);
-  copy_to(out.mult_g, found.lambda);
-  copy_to(out.mult_x_L, found.z_lower);
-  copy_to(out.mult_x_U, found.z_upper);
-  if (out.obj != nullptr) *out.obj = found.objective;
-  if (out.last != nullptr) *out.last = found.share;
+  copy_out(found, found.share, out);
   problem.changes = std::move(found.changes);
   say(&problem, std::move(found.message));
 }
@@ -156,11 +157,10 @@ int IpminmaxGetActiveSetChangesSized(IpminmaxProblem problem, int capacity,
   if (problem == nullptr) return 0;
   const int count = static_cast<int>(problem->changes.size());
   for (int k = 0; k < std::min(count, capacity) && changes != nullptr; ++k) {
-    const ActiveSetChange& from = problem->changes[static_cast<std::size_t>(k)];
-    const IpminmaxActiveSetChange to{from.share, from.of_constraint ? 1 : 0, from.index,
-                                     from.upper ? 1 : 0, from.enters ? 1 : 0};
-    write_sized(&to, sizeof to,
-                reinterpret_cast<char*>(changes) + static_cast<std::size_t>(k) * size, size);
+    const ActiveSetChange& from = problem->changes[at(k)];
+    const IpminmaxActiveSetChange to{from.share, from.of_constraint, from.index, from.upper,
+                                     from.enters};
+    write_sized(&to, sizeof to, reinterpret_cast<char*>(changes) + at(k) * size, size);
   }
   return count;
 }

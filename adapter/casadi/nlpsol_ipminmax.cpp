@@ -17,7 +17,6 @@
 #include <casadi/core/nlpsol_impl.hpp>
 #include <cstdarg>
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,6 +25,7 @@
 #include "adapter/ipopt/optional_players.hpp"
 #include "adapter/ipopt/status.hpp"
 #include "core/answer.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -78,13 +78,88 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
   static const casadi::Options options_;
   const casadi::Options& get_options() const override { return options_; }
 
-  void init(const Dict& opts) override;
+  void init(const Dict& opts) override {
+    Nlpsol::init(opts);
+    variable_players_.assign(static_cast<std::size_t>(nx_), Player::Min);
+    for (const auto& [name, value] : opts) {
+      if (name == "ipminmax") solver_options_ = value;
+      if (name == "grad_f") set_function(value.to_function(), "nlp_grad_f");
+      if (name == "jac_g") set_function(value.to_function(), "nlp_jac_g");
+      if (name == "hess_lag") set_function(value.to_function(), "nlp_hess_l");
+      if (name == "players") variable_players_ = players(value, nx_, name);
+      if (name == "constraint_players") constraint_players_ = players(value, ng_, name);
+      if (name != "var_integer_md" && name != "con_integer_md") continue;
+      const Dict metadata = value;
+      const auto found = metadata.find("player");
+      if (found == metadata.end()) continue;
+      const bool of_variables = name == "var_integer_md";
+      (of_variables ? variable_players_ : constraint_players_) =
+          players(found->second, of_variables ? nx_ : ng_, name + "[\"player\"]");
+    }
+    create_functions();
+  }
   void* alloc_mem() const override { return new Memory; }
   int init_mem(void* mem) const override;
   void free_mem(void* mem) const override { delete static_cast<Memory*>(mem); }
   int solve(void* mem) const override;
-  Dict get_stats(void* mem) const override;
-  void serialize_body(casadi::SerializingStream& stream) const override;
+  Dict get_stats(void* mem) const override {
+    Dict stats = Nlpsol::get_stats(mem);
+    auto* m = static_cast<Memory*>(mem);
+    const Result& result = m->application->LastResult();
+    const Certificate& c = result.certificate;
+    const auto inertia = [](const Inertia& i) {
+      return std::vector<casadi_int>{i.positive, i.negative, i.zero};
+    };
+    std::vector<std::string> reasons;
+    for (const CertificateReason& reason : c.reasons) reasons.push_back(reason.text);
+    stats["certificate"] = Dict{{"kind", std::string(name_of(c.kind))},
+                                {"local_minmax", c.kind == PointKind::LocalMinmax},
+                                {"second_order", std::string(name_of(c.second_order))},
+                                {"inner", inertia(c.inner)},
+                                {"inner_expected", inertia(c.inner_expected)},
+                                {"full", inertia(c.full)},
+                                {"full_expected", inertia(c.full_expected)},
+                                {"margin", c.margin},
+                                {"licq_min", c.licq_min},
+                                {"licq_max", c.licq_max},
+                                {"weakly_active_min", c.weakly_active_min},
+                                {"weakly_active_max", c.weakly_active_max},
+                                {"answer", std::string(name_of(c.answer))},
+                                {"reasons", reasons},
+                                {"hessian_disagrees", c.hessian_disagrees}};
+    stats["return_status"] = std::string(name_of(m->status));
+    stats["status"] = std::string(name_of(result.status));
+    stats["message"] = result.message;
+    const auto said = statements(result);
+    stats["statements"] = std::vector<std::string>(said.begin(), said.end());
+    std::vector<std::vector<double>> worst_cases, points;
+    std::vector<casadi_int> constraints;
+    for (const RobustWorstCase& found : result.worst_cases) {
+      constraints.push_back(found.constraint);
+      worst_cases.push_back(found.v);
+    }
+    for (const DistinctPoint& point : m->application->LastPoints())
+      points.push_back(point.result.v);
+    stats["worst_cases"] = worst_cases;
+    stats["worst_case_constraints"] = constraints;
+    stats["points"] = points;
+    stats["iter_count"] = result.iterations;
+    stats["factorizations"] = result.factorizations;
+    stats["analyses"] = result.counts.analyses;
+    return stats;
+  }
+  void serialize_body(casadi::SerializingStream& stream) const override {
+    Nlpsol::serialize_body(stream);
+    stream.version("NlpsolIpminmax", 1);
+    stream.pack("NlpsolIpminmax::jacobian", jacobian_);
+    stream.pack("NlpsolIpminmax::hessian", hessian_);
+    stream.pack("NlpsolIpminmax::options", solver_options_);
+    for (const auto* owners : {&variable_players_, &constraint_players_}) {
+      std::vector<casadi_int> numbers;
+      for (const Player player : *owners) numbers.push_back(player == Player::Max ? 1 : 0);
+      stream.pack("NlpsolIpminmax::players", numbers);
+    }
+  }
   static ProtoFunction* deserialize(casadi::DeserializingStream& stream) {
     return new NlpsolIpminmax(stream);
   }
@@ -92,14 +167,27 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
   /// Evaluates a function of (x, p) or (x, p, lam_f, lam_g); false where it fails.
   bool evaluate(Memory* m, const char* function, const std::vector<const double*>& arguments,
                 const std::vector<double*>& results) const {
-    std::copy(arguments.begin(), arguments.end(), m->arg);
-    std::copy(results.begin(), results.end(), m->res);
+    std::ranges::copy(arguments, m->arg);
+    std::ranges::copy(results, m->res);
     return calc_function(m, function) == 0;
   }
   /// False stops the solve.
-  bool call_back(Memory* m, const Result& iterate) const;
+  bool call_back(Memory* m, const Result& iterate) const {
+    m->n_iter = iterate.iterations;
+    if (callback_step_ > 1 && iterate.iterations % callback_step_ != 0) return true;
+    store(m, iterate);
+    return callback(m) == 0;
+  }
   /// A point and its multipliers into CasADi's vectors.
-  void store(Memory* m, const Result& point) const;
+  void store(Memory* m, const Result& point) const {
+    auto& d = m->d_nlp;
+    if (static_cast<casadi_int>(point.v.size()) != nx_) return;  // there was no first iterate
+    std::ranges::copy(point.v, d.z);
+    std::ranges::copy(point.constraints, d.z + nx_);
+    std::ranges::transform(point.z_upper, point.z_lower, d.lam, std::minus<>());
+    std::ranges::copy(point.lambda, d.lam + nx_);
+    d.objective = point.objective;
+  }
 
   Sparsity jacobian_, hessian_;
   std::vector<Player> variable_players_;
@@ -108,8 +196,34 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
 
  private:
   static std::vector<Player> players(const std::vector<casadi_int>& values, casadi_int count,
-                                     const std::string& option);
-  void create_functions();
+                                     const std::string& option) {
+    casadi_assert(static_cast<casadi_int>(values.size()) == count,
+                  option + " has " + casadi::str(values.size()) + " entries, but there are " +
+                      casadi::str(count));
+    std::vector<Player> result;
+    for (const casadi_int value : values) {
+      casadi_assert(value == 0 || value == 1, option + " must be 0 (Min) or 1 (Max)");
+      result.push_back(value == 1 ? Player::Max : Player::Min);
+    }
+    return result;
+  }
+  /// Those that are not given as options; the first outputs of nlp_grad_f and nlp_jac_g, f and g,
+  /// are never asked for.
+  void create_functions() {
+    create_function("nlp_f", {"x", "p"}, {"f"});
+    create_function("nlp_g", {"x", "p"}, {"g"});
+    if (!has_function("nlp_grad_f")) create_function("nlp_grad_f", {"x", "p"}, {"f", "grad:f:x"});
+    if (!has_function("nlp_jac_g")) create_function("nlp_jac_g", {"x", "p"}, {"g", "jac:g:x"});
+    if (!has_function("nlp_hess_l")) {
+      create_function("nlp_hess_l", {"x", "p", "lam:f", "lam:g"}, {"triu:hess:gamma:x:x"},
+                      {{"gamma", {"f", "g"}}});
+    }
+    jacobian_ = get_function("nlp_jac_g").sparsity_out(1);
+    hessian_ = get_function("nlp_hess_l").sparsity_out(0);
+    casadi_assert(jacobian_.size() == std::make_pair(ng_, nx_), "jac_g must be ng by nx");
+    casadi_assert(hessian_.size() == std::make_pair(nx_, nx_), "hess_lag must be nx by nx");
+    casadi_assert(hessian_.is_triu(), "hess_lag: Hessian must be upper triangular");
+  }
 };
 
 /// The NLP of a solver object with the numbers of a Memory as an Ipopt model.
@@ -127,11 +241,11 @@ class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
     return true;
   }
   bool get_variable_players(Index, Player* players) override {
-    std::copy(owner_.variable_players_.begin(), owner_.variable_players_.end(), players);
+    std::ranges::copy(owner_.variable_players_, players);
     return true;
   }
   bool get_constraint_players(Index, Player* players) override {
-    std::copy(owner_.constraint_players_.begin(), owner_.constraint_players_.end(), players);
+    std::ranges::copy(owner_.constraint_players_, players);
     return true;
   }
   bool get_bounds_info(Index n, Number* x_l, Number* x_u, Index m, Number* g_l,
@@ -152,7 +266,7 @@ class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
     if (init_lambda) std::copy_n(lam + n, m, lambda);
     for (Index i = 0; init_z && i < n; ++i) {
       // lam = z_U - z_L; Min's multipliers are >= 0, Max's <= 0.
-      const bool min = owner_.variable_players_[static_cast<std::size_t>(i)] == Player::Min;
+      const bool min = owner_.variable_players_[at(i)] == Player::Min;
       const bool upper = min == (lam[i] >= 0.0);
       z_U[i] = upper ? lam[i] : 0.0;
       z_L[i] = upper ? 0.0 : -lam[i];
@@ -216,71 +330,6 @@ const casadi::Options NlpsolIpminmax::options_ = {
      {"con_integer_md",
       {casadi::OT_DICT, "Metadata of the constraints; \"player\" is read likewise"}}}};
 
-std::vector<Player> NlpsolIpminmax::players(const std::vector<casadi_int>& values, casadi_int count,
-                                            const std::string& option) {
-  casadi_assert(static_cast<casadi_int>(values.size()) == count,
-                option + " has " + casadi::str(values.size()) + " entries, but there are " +
-                    casadi::str(count));
-  std::vector<Player> result;
-  for (const casadi_int value : values) {
-    casadi_assert(value == 0 || value == 1, option + " must be 0 (Min) or 1 (Max)");
-    result.push_back(value == 1 ? Player::Max : Player::Min);
-  }
-  return result;
-}
-
-void NlpsolIpminmax::init(const Dict& opts) {
-  Nlpsol::init(opts);
-  variable_players_.assign(static_cast<std::size_t>(nx_), Player::Min);
-  for (const auto& [name, value] : opts) {
-    if (name == "ipminmax") solver_options_ = value;
-    if (name == "grad_f") set_function(value.to_function(), "nlp_grad_f");
-    if (name == "jac_g") set_function(value.to_function(), "nlp_jac_g");
-    if (name == "hess_lag") set_function(value.to_function(), "nlp_hess_l");
-    if (name == "players") variable_players_ = players(value, nx_, name);
-    if (name == "constraint_players") constraint_players_ = players(value, ng_, name);
-    if (name != "var_integer_md" && name != "con_integer_md") continue;
-    const Dict metadata = value;
-    const auto found = metadata.find("player");
-    if (found == metadata.end()) continue;
-    const bool of_variables = name == "var_integer_md";
-    (of_variables ? variable_players_ : constraint_players_) =
-        players(found->second, of_variables ? nx_ : ng_, name + "[\"player\"]");
-  }
-  create_functions();
-}
-
-/// Those that are not given as options; the first outputs of nlp_grad_f and nlp_jac_g, f and g, are
-/// never asked for.
-void NlpsolIpminmax::create_functions() {
-  create_function("nlp_f", {"x", "p"}, {"f"});
-  create_function("nlp_g", {"x", "p"}, {"g"});
-  if (!has_function("nlp_grad_f")) create_function("nlp_grad_f", {"x", "p"}, {"f", "grad:f:x"});
-  if (!has_function("nlp_jac_g")) create_function("nlp_jac_g", {"x", "p"}, {"g", "jac:g:x"});
-  if (!has_function("nlp_hess_l")) {
-    create_function("nlp_hess_l", {"x", "p", "lam:f", "lam:g"}, {"triu:hess:gamma:x:x"},
-                    {{"gamma", {"f", "g"}}});
-  }
-  jacobian_ = get_function("nlp_jac_g").sparsity_out(1);
-  hessian_ = get_function("nlp_hess_l").sparsity_out(0);
-  casadi_assert(jacobian_.size() == std::make_pair(ng_, nx_), "jac_g must be ng by nx");
-  casadi_assert(hessian_.size() == std::make_pair(nx_, nx_), "hess_lag must be nx by nx");
-  casadi_assert(hessian_.is_triu(), "hess_lag: Hessian must be upper triangular");
-}
-
-void NlpsolIpminmax::serialize_body(casadi::SerializingStream& stream) const {
-  Nlpsol::serialize_body(stream);
-  stream.version("NlpsolIpminmax", 1);
-  stream.pack("NlpsolIpminmax::jacobian", jacobian_);
-  stream.pack("NlpsolIpminmax::hessian", hessian_);
-  stream.pack("NlpsolIpminmax::options", solver_options_);
-  for (const auto* owners : {&variable_players_, &constraint_players_}) {
-    std::vector<casadi_int> numbers;
-    for (const Player player : *owners) numbers.push_back(player == Player::Max ? 1 : 0);
-    stream.pack("NlpsolIpminmax::players", numbers);
-  }
-}
-
 NlpsolIpminmax::NlpsolIpminmax(casadi::DeserializingStream& stream) : Nlpsol(stream) {
   stream.version("NlpsolIpminmax", 1);
   stream.unpack("NlpsolIpminmax::jacobian", jacobian_);
@@ -332,24 +381,6 @@ int NlpsolIpminmax::init_mem(void* mem) const {
   return 0;
 }
 
-void NlpsolIpminmax::store(Memory* m, const Result& point) const {
-  auto& d = m->d_nlp;
-  if (static_cast<casadi_int>(point.v.size()) != nx_) return;  // there was no first iterate
-  std::copy(point.v.begin(), point.v.end(), d.z);
-  std::copy(point.constraints.begin(), point.constraints.end(), d.z + nx_);
-  std::transform(point.z_upper.begin(), point.z_upper.end(), point.z_lower.begin(), d.lam,
-                 std::minus<>());
-  std::copy(point.lambda.begin(), point.lambda.end(), d.lam + nx_);
-  d.objective = point.objective;
-}
-
-bool NlpsolIpminmax::call_back(Memory* m, const Result& iterate) const {
-  m->n_iter = iterate.iterations;
-  if (callback_step_ > 1 && iterate.iterations % callback_step_ != 0) return true;
-  store(m, iterate);
-  return callback(m) == 0;
-}
-
 int NlpsolIpminmax::solve(void* mem) const {
   auto* m = static_cast<Memory*>(mem);
   const Ipopt::SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(m->model);
@@ -370,52 +401,6 @@ int NlpsolIpminmax::solve(void* mem) const {
     m->unified_return_status = casadi::SOLVER_RET_INFEASIBLE;
   }
   return 0;
-}
-
-Dict NlpsolIpminmax::get_stats(void* mem) const {
-  Dict stats = Nlpsol::get_stats(mem);
-  auto* m = static_cast<Memory*>(mem);
-  const Result& result = m->application->LastResult();
-  const Certificate& c = result.certificate;
-  const auto inertia = [](const Inertia& i) {
-    return std::vector<casadi_int>{i.positive, i.negative, i.zero};
-  };
-  std::vector<std::string> reasons;
-  for (const CertificateReason& reason : c.reasons) reasons.push_back(reason.text);
-  stats["certificate"] = Dict{{"kind", std::string(name_of(c.kind))},
-                              {"local_minmax", c.kind == PointKind::LocalMinmax},
-                              {"second_order", std::string(name_of(c.second_order))},
-                              {"inner", inertia(c.inner)},
-                              {"inner_expected", inertia(c.inner_expected)},
-                              {"full", inertia(c.full)},
-                              {"full_expected", inertia(c.full_expected)},
-                              {"margin", c.margin},
-                              {"licq_min", c.licq_min},
-                              {"licq_max", c.licq_max},
-                              {"weakly_active_min", c.weakly_active_min},
-                              {"weakly_active_max", c.weakly_active_max},
-                              {"answer", std::string(name_of(c.answer))},
-                              {"reasons", reasons},
-                              {"hessian_disagrees", c.hessian_disagrees}};
-  stats["return_status"] = std::string(name_of(m->status));
-  stats["status"] = std::string(name_of(result.status));
-  stats["message"] = result.message;
-  const auto said = statements(result);
-  stats["statements"] = std::vector<std::string>(said.begin(), said.end());
-  std::vector<std::vector<double>> worst_cases, points;
-  std::vector<casadi_int> constraints;
-  for (const RobustWorstCase& found : result.worst_cases) {
-    constraints.push_back(found.constraint);
-    worst_cases.push_back(found.v);
-  }
-  for (const DistinctPoint& point : m->application->LastPoints()) points.push_back(point.result.v);
-  stats["worst_cases"] = worst_cases;
-  stats["worst_case_constraints"] = constraints;
-  stats["points"] = points;
-  stats["iter_count"] = result.iterations;
-  stats["factorizations"] = result.factorizations;
-  stats["analyses"] = result.counts.analyses;
-  return stats;
 }
 
 }  // namespace

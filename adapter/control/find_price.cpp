@@ -2,19 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
-#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "adapter/control/horizon_shift.hpp"
+#include "adapter/ipopt/log.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/robust.hpp"
 #include "core/search/outcome.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
+
+using log::format;
+
 namespace {
 
 void check(const PriceSearch& s) {
@@ -38,11 +41,7 @@ class Continuation {
         cold_(options) {
     cold_.minmax_max_restarts = 0;
     warm_ = cold_;
-    warm_.warm_start_init_point = true;
-    warm_.mu_init = search.mu;
-    warm_.warm_start_bound_push = warm_.warm_start_bound_frac = search.mu;
-    warm_.warm_start_slack_bound_push = warm_.warm_start_slack_bound_frac = search.mu;
-    warm_.warm_start_mult_bound_push = search.mu;
+    warm_start(warm_, search.mu);
   }
 
   PriceCurve run() {
@@ -99,7 +98,6 @@ class Continuation {
   PriceCurve answer() {
     std::ranges::stable_sort(curve_.points, std::greater<>(), &PricePoint::price);
     curve_.refused = best_ ? refused_ : 0.0;
-    char text[200];
     if (!best_) {
       curve_.message = "no local minmax was certified at any price tried: " +
                        (curve_.points.empty() ? std::string() : curve_.points.back().message);
@@ -107,19 +105,17 @@ class Continuation {
     }
     set_price_(curve_.least);
     if (stopped_) {
-      std::snprintf(text, sizeof text, "stopped; certified down to price %.6g so far",
-                    curve_.least);
+      curve_.message = format("stopped; certified down to price %.6g so far", curve_.least);
     } else if (refused_ > 0.0) {
-      std::snprintf(text, sizeof text,
-                    "certified down to price %.6g; at %.6g no local minmax was found from there",
-                    curve_.least, refused_);
+      curve_.message =
+          format("certified down to price %.6g; at %.6g no local minmax was found from there",
+                 curve_.least, refused_);
     } else {
-      std::snprintf(text, sizeof text,
-                    "certified down to %.6g, the least price tried: bounds, not the price, hold "
-                    "the disturbance back",
-                    curve_.least);
+      curve_.message = format(
+          "certified down to %.6g, the least price tried: bounds, not the price, hold "
+          "the disturbance back",
+          curve_.least);
     }
-    curve_.message = text;
     curve_.result = std::move(*best_);
     return std::move(curve_);
   }
@@ -135,12 +131,6 @@ class Continuation {
   double refused_ = 0.0;        ///< below it; 0: none
   bool stopped_ = false;
 };
-
-std::string number(const char* format, double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 /// Where a share of a range lies in the picture.
 struct Axis {
@@ -168,9 +158,9 @@ PriceCurve find_price(Problem& problem, const std::function<void(double)>& set_p
 std::string PriceCurve::table() const {
   std::string text = "price,value,certified,iterations,seconds,status\n";
   for (const PricePoint& p : points) {
-    text += number("%.10g", p.price) + "," + (p.certified ? number("%.10g", p.value) : "") + "," +
+    text += format("%.10g", p.price) + "," + (p.certified ? format("%.10g", p.value) : "") + "," +
             (p.certified ? "1," : "0,") + std::to_string(p.iterations) + "," +
-            number("%.4g", p.seconds) + "," + std::string(name_of(p.status)) + "\n";
+            format("%.4g", p.seconds) + "," + std::string(name_of(p.status)) + "\n";
   }
   return text;
 }
@@ -183,7 +173,7 @@ std::string PriceCurve::picture() const {
   }
   const Axis x = axis_of(prices, 70.0, 570.0), y = axis_of(found, 300.0, 40.0);
   const auto text = [](double at_x, double at_y, const std::string& words) {
-    return "<text x='" + number("%.1f", at_x) + "' y='" + number("%.1f", at_y) + "'>" + words +
+    return "<text x='" + format("%.1f", at_x) + "' y='" + format("%.1f", at_y) + "'>" + words +
            "</text>\n";
   };
   std::string out =
@@ -192,20 +182,20 @@ std::string PriceCurve::picture() const {
       "<rect width='100%' height='100%' fill='white'/>\n"
       "<rect x='70' y='40' width='500' height='260' fill='none' stroke='#888888'/>\n";
   for (int tick = static_cast<int>(std::ceil(x.low)); tick <= x.high; ++tick) {
-    const std::string place = number("%.1f", x.at(tick));
+    const std::string place = format("%.1f", x.at(tick));
     out += "<path stroke='#dddddd' d='M" + place + " 40v260'/>\n" +
-           text(x.at(tick), 316.0, number("%.4g", std::pow(10.0, tick)));
+           text(x.at(tick), 316.0, format("%.4g", std::pow(10.0, tick)));
   }
   for (const double share : {0.1, 0.5, 0.9}) {
     const double value = y.low + share * (y.high - y.low);
-    out += "<path stroke='#dddddd' d='M70 " + number("%.1f", y.at(value)) + "h500'/>\n" +
-           text(36.0, y.at(value) + 4.0, number("%.4g", value));
+    out += "<path stroke='#dddddd' d='M70 " + format("%.1f", y.at(value)) + "h500'/>\n" +
+           text(36.0, y.at(value) + 4.0, format("%.4g", value));
   }
   std::string line, marks;
   for (const PricePoint& p : points) {
-    const std::string place = number("%.1f", x.at(std::log10(p.price)));
+    const std::string place = format("%.1f", x.at(std::log10(p.price)));
     if (p.certified) {
-      const std::string height = number("%.1f", y.at(p.value));
+      const std::string height = format("%.1f", y.at(p.value));
       line += place + "," + height + " ";
       marks += "<circle r='3' fill='#3050c0' cx='" + place + "' cy='" + height + "'/>\n";
     } else {

@@ -3,10 +3,12 @@
 #include <IpOptionsList.hpp>
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "../../core/options.hpp"
 #include "../../core/result.hpp"
 
 /// Warm start in model predictive control. The solve of the next time step starts at the solution
@@ -86,11 +88,8 @@ class HorizonShift {
       const bool fits = block.begin <= length &&
                         (block.size == 0 || stages_ <= (length - block.begin) / block.size);
       if (!fits) throw std::invalid_argument("a block of stages does not fit");
-      const std::size_t end = block.begin + stages_ * block.size;
-      const auto at = [&](std::size_t i) {
-        return values.begin() + static_cast<std::ptrdiff_t>(i);
-      };
-      std::shift_left(at(block.begin), at(end), static_cast<std::ptrdiff_t>(block.size));
+      const auto part = std::span(values).subspan(block.begin, stages_ * block.size);
+      std::shift_left(part.begin(), part.end(), static_cast<std::ptrdiff_t>(block.size));
     }
   }
 
@@ -110,6 +109,15 @@ inline void warm_start(Ipopt::OptionsList& options, double mu) {
         "warm_start_slack_bound_frac", "warm_start_mult_bound_push"}) {
     options.SetNumericValue(push, mu);
   }
+}
+
+/// The same for a solve of the core.
+inline void warm_start(SolverOptions& options, double mu) {
+  options.warm_start_init_point = true;
+  options.mu_init = mu;
+  options.warm_start_bound_push = options.warm_start_bound_frac = mu;
+  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = mu;
+  options.warm_start_mult_bound_push = mu;
 }
 
 /// Back to starts without multipliers, with Ipopt's barrier parameter.

@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -161,9 +162,10 @@ class StageGame : public Problem {
     fill_in();
     shared_ = np + gains() + disturbance_gains() + (free_time() ? 1 : 0);
     locals_ = kBlock + nx + shared_ + h_.memory * nw;
-    stage_tape_.emplace(static_cast<Index>(locals_), kRows + 1);
-    wide_tape_.emplace(static_cast<Index>(locals_), kRows + 1);
-    end_tape_.emplace(static_cast<Index>(nx + shared_), nt + 1);
+    local_.resize(locals_);
+    stage_tape_.emplace(index(locals_), kRows + 1);
+    wide_tape_.emplace(index(locals_), kRows + 1);
+    end_tape_.emplace(index(nx + shared_), nt + 1);
     describe_variables();
     find_structure();
   }
@@ -195,7 +197,7 @@ class StageGame : public Problem {
   void set_initial(std::span<const double> s) {
     need(s.size() == nx, "initial: one value per state");
     h_.initial.assign(s.begin(), s.end());
-    for (std::size_t i = 0; i < nx; ++i) {
+    for (const auto i : up_to(nx)) {
       const double spread = h_.initial_spread.empty() ? 0.0 : h_.initial_spread[i];
       structure_.variable_lower[i] = s[i] - spread;
       structure_.variable_upper[i] = s[i] + spread;
@@ -245,13 +247,7 @@ class StageGame : public Problem {
     return horizon_shift().next(result);
   }
   /// Sets options for a start close to the solution.
-  static void start_warm(SolverOptions& options, double mu) {
-    options.warm_start_init_point = true;
-    options.mu_init = mu;
-    options.warm_start_bound_push = options.warm_start_bound_frac = mu;
-    options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = mu;
-    options.warm_start_mult_bound_push = mu;
-  }
+  static void start_warm(SolverOptions& options, double mu) { warm_start(options, mu); }
 
   /// Splits a result of this problem by stage.
   [[nodiscard]] StageAnswer by_stage(Result result) const {
@@ -261,8 +257,8 @@ class StageGame : public Problem {
     if (v.empty()) return answer;
     need(v.size() == variables(), "a result: one value per variable");
     const auto cut = [&](std::size_t begin, std::size_t size) {
-      const auto from = v.begin() + static_cast<std::ptrdiff_t>(begin);
-      return std::vector<double>(from, from + static_cast<std::ptrdiff_t>(size));
+      const auto part = std::span(v).subspan(begin, size);
+      return std::vector<double>(part.begin(), part.end());
     };
     std::vector<double> local(locals_);
     for (std::size_t k = 0; k <= h_.stages; ++k) {
@@ -299,7 +295,7 @@ class StageGame : public Problem {
                        {state, control, wind, parameters, {}, k},
                        Plain(h_.step / static_cast<double>(steps)),
                        is_explicit ? h_.discretization : Discretization::RungeKutta4};
-    for (std::size_t i = 0; i < steps; ++i) {
+    for (const auto i : up_to(steps)) {
       stage.at.t =
           h_.step * (static_cast<double>(k) + static_cast<double>(i) / static_cast<double>(steps));
       std::array<Plain, nx> next{};
@@ -380,12 +376,12 @@ class StageGame : public Problem {
       if (record_wide(v, k)) {
         wide_weights_.resize(kRows + 1);
         wide_weights_[kRows].fill(sigma);
-        for (std::size_t l = 0; l < kLanes; ++l) {
-          for (std::size_t j = 0; j < kRows; ++j) wide_weights_[j][l] = lambda[(k + l) * kRows + j];
+        for (const auto l : up_to(kLanes)) {
+          for (const auto j : up_to(kRows)) wide_weights_[j][l] = lambda[(k + l) * kRows + j];
         }
         wide_values_.assign(stage_pattern_.hessian.size(), {});
         wide_tape_->hessian_at(wide_weights_, wide_values_);
-        for (std::size_t l = 0; l < kLanes; ++l) {
+        for (const auto l : up_to(kLanes)) {
           for (const auto& value : wide_values_) to[place++] = value[l];
         }
         k += kLanes;
@@ -397,7 +393,7 @@ class StageGame : public Problem {
         std::ranges::copy(lambda.subspan(k * kRows, kRows), weights_.begin());
         stage_values_.assign(stage_pattern_.hessian.size(), 0.0);
         stage_tape_->hessian(weights_, stage_values_);
-        for (std::size_t e = 0; e < stage_values_.size(); ++e) {
+        for (const auto e : up_to(stage_values_.size())) {
           if (is_there(k, stage_pattern_.hessian[e])) to[place++] = stage_values_[e];
         }
       }
@@ -425,6 +421,8 @@ class StageGame : public Problem {
   static constexpr double kNone = 2e19;
 
   static Index index(std::size_t i) { return static_cast<Index>(i); }
+  /// 0, 1, ..., n - 1
+  static auto up_to(std::size_t n) { return std::views::iota(std::size_t{0}, n); }
   static void need(bool condition, const char* what) {
     if (!condition) throw std::invalid_argument(std::string("StageGame: ") + what);
   }
@@ -463,7 +461,7 @@ class StageGame : public Problem {
                             std::size_t size, const char* what) {
       fill(lower, size, -kNone, what);
       fill(upper, size, kNone, what);
-      for (std::size_t i = 0; i < size; ++i) need(lower[i] <= upper[i], what);
+      for (const auto i : up_to(size)) need(lower[i] <= upper[i], what);
     };
     bounds(h_.control_lower, h_.control_upper, nu, "bounds of controls: one per control, in order");
     bounds(h_.disturbance_lower, h_.disturbance_upper, nw,
@@ -496,23 +494,23 @@ class StageGame : public Problem {
     };
     for (std::size_t k = 0; k <= h_.stages; ++k) {
       const double share = static_cast<double>(k) / static_cast<double>(h_.stages);
-      for (std::size_t i = 0; i < nx; ++i) {
+      for (const auto i : up_to(nx)) {
         const double to = h_.final_guess.empty() ? h_.initial[i] : h_.final_guess[i];
         put(state(k, i), Player::Max, -kNone, kNone, (1.0 - share) * h_.initial[i] + share * to);
       }
       if (k == h_.stages) break;
-      for (std::size_t i = 0; i < nu; ++i)
+      for (const auto i : up_to(nu))
         put(control(k, i), Player::Min, h_.control_lower[i], h_.control_upper[i],
             h_.control_guess[i]);
-      for (std::size_t i = 0; i < nw; ++i)
+      for (const auto i : up_to(nw))
         put(disturbance(k, i), Player::Max, h_.disturbance_lower[i], h_.disturbance_upper[i], 0.0);
     }
-    for (std::size_t i = 0; i < np; ++i)
+    for (const auto i : up_to(np))
       put(parameter(i), Player::Min, h_.parameter_lower[i], h_.parameter_upper[i],
           h_.parameter_guess[i]);
-    for (std::size_t i = 0; i < gains(); ++i)
+    for (const auto i : up_to(gains()))
       put(gain(0, i), Player::Min, h_.gain_lower[i], h_.gain_upper[i], 0.0);
-    for (std::size_t i = 0; i < disturbance_gains(); ++i)
+    for (const auto i : up_to(disturbance_gains()))
       put(gain(0, gains() + i), Player::Min, -h_.memory_bound, h_.memory_bound, 0.0);
     if (free_time())
       put(duration(), Player::Min, h_.duration_lower, h_.duration_upper,
@@ -521,10 +519,10 @@ class StageGame : public Problem {
     structure_.constraint_lower.assign(rows(), 0.0);
     structure_.constraint_upper.assign(rows(), 0.0);
     structure_.constraint_players.assign(rows(), Player::Max);
-    for (std::size_t k = 0; k < h_.stages; ++k) {
-      for (std::size_t j = 0; j < nl; ++j) make_limit(k * kRows + nx + j);
+    for (const auto k : up_to(h_.stages)) {
+      for (const auto j : up_to(nl)) make_limit(k * kRows + nx + j);
     }
-    for (std::size_t j = 0; j < nt; ++j) make_limit(h_.stages * kRows + j);
+    for (const auto j : up_to(nt)) make_limit(h_.stages * kRows + j);
     if (h_.stages <= kMostNamed) name_all();
   }
   void make_limit(std::size_t row) {
@@ -539,17 +537,17 @@ class StageGame : public Problem {
     std::vector<std::string>& rows_of = structure_.constraint_names;
     for (std::size_t k = 0; k <= h_.stages; ++k) {
       const std::string at = "[" + std::to_string(k) + "]";
-      for (std::size_t i = 0; i < nx; ++i) of.push_back(name(h_.state_names, "state", i) + at);
+      for (const auto i : up_to(nx)) of.push_back(name(h_.state_names, "state", i) + at);
       if (k == h_.stages) break;
-      for (std::size_t i = 0; i < nu; ++i) of.push_back(name(h_.control_names, "control", i) + at);
-      for (std::size_t i = 0; i < nw; ++i)
+      for (const auto i : up_to(nu)) of.push_back(name(h_.control_names, "control", i) + at);
+      for (const auto i : up_to(nw))
         of.push_back(name(h_.disturbance_names, "disturbance", i) + at);
-      for (std::size_t i = 0; i < nx; ++i)
+      for (const auto i : up_to(nx))
         rows_of.push_back("next_" + name(h_.state_names, "state", i) + at);
-      for (std::size_t i = 0; i < nl; ++i) rows_of.push_back(name({}, "limit", i) + at);
+      for (const auto i : up_to(nl)) rows_of.push_back(name({}, "limit", i) + at);
     }
     const auto add = [](std::vector<std::string>& to, const char* stem, std::size_t count) {
-      for (std::size_t i = 0; i < count; ++i) to.push_back(stem + std::to_string(i));
+      for (const auto i : up_to(count)) to.push_back(stem + std::to_string(i));
     };
     add(of, "parameter", np);
     add(of, "gain", gains());
@@ -560,7 +558,7 @@ class StageGame : public Problem {
 
   /// The pattern of all stages together; the first ones lack disturbances before the start.
   void find_structure() {
-    for (std::size_t k = 0; k < h_.stages; ++k) {
+    for (const auto k : up_to(h_.stages)) {
       record_stage(start_.v, k);
       if (k == 0 || stage_pattern_ != stage_tape_->pattern())
         stage_pattern_ = autodiff::united(stage_pattern_, stage_tape_->pattern());
@@ -570,16 +568,15 @@ class StageGame : public Problem {
     stage_tape_->set_pattern(stage_pattern_);
     wide_tape_->set_pattern(stage_pattern_);
     end_tape_->set_pattern(end_pattern_);
-    for (std::size_t k = 0; k < h_.stages; ++k) {
+    for (const auto k : up_to(h_.stages)) {
       for (const auto& [row, col] : stage_pattern_.jacobian) {
-        const Index j = global(k, static_cast<std::size_t>(col));
+        const Index j = global(k, col);
         if (j >= 0 && row < index(kRows))
           structure_.jacobian.push_back({index(k * kRows) + row, j});
       }
       for (const Triplet& entry : stage_pattern_.hessian) {
         if (is_there(k, entry))
-          structure_.hessian.push_back({global(k, static_cast<std::size_t>(entry.row)),
-                                        global(k, static_cast<std::size_t>(entry.col))});
+          structure_.hessian.push_back({global(k, entry.row), global(k, entry.col)});
       }
     }
     const auto end = [&](Index local) { return index(h_.stages * kBlock) + local; };
@@ -595,7 +592,8 @@ class StageGame : public Problem {
   }
   /// Variable of a stage's input: s_k, u_k, w_k, s_{k+1}; parameters, gains, memory, duration;
   /// w_{k-1}, w_{k-2}, ... -1: before the start.
-  [[nodiscard]] Index global(std::size_t k, std::size_t local) const {
+  [[nodiscard]] Index global(std::size_t k, Index input) const {
+    auto local = static_cast<std::size_t>(input);
     if (local < kBlock + nx) return index(k * kBlock + local);
     local -= kBlock + nx;
     if (local < shared_) return index(tail() + local);
@@ -606,15 +604,14 @@ class StageGame : public Problem {
     return -1;
   }
   [[nodiscard]] bool is_there(std::size_t k, const Triplet& entry) const {
-    return k >= h_.memory || (global(k, static_cast<std::size_t>(entry.row)) >= 0 &&
-                              global(k, static_cast<std::size_t>(entry.col)) >= 0);
+    return k >= h_.memory || (global(k, entry.row) >= 0 && global(k, entry.col) >= 0);
   }
   template <class T>
   void gather(std::span<const T> v, std::size_t k, std::span<T> local) const {
     const auto own = v.subspan(k * kBlock, kBlock + nx), shared = v.subspan(tail(), shared_);
     std::ranges::copy(shared, std::ranges::copy(own, local.begin()).out);
     for (std::size_t i = kBlock + nx + shared_; i < locals_; ++i) {
-      const Index at = global(k, i);
+      const Index at = global(k, index(i));
       local[i] = at < 0 ? T(0.0) : v[static_cast<std::size_t>(at)];
     }
   }
@@ -623,19 +620,15 @@ class StageGame : public Problem {
   [[nodiscard]] std::array<T, nu> applied_control(std::span<const T> in) const {
     std::array<T, nu> u{};
     const std::span<const T> shared = in.subspan(kBlock + nx);
-    for (std::size_t i = 0; i < nu; ++i) {
+    for (const auto i : up_to(nu)) {
       u[i] = in[nx + i];
       for (std::size_t j = 0; j < nx && gains() > 0; ++j) u[i] += shared[np + i * nx + j] * in[j];
-      for (std::size_t l = 0; l < h_.memory; ++l) {
-        for (std::size_t j = 0; j < nw; ++j)
+      for (const auto l : up_to(h_.memory)) {
+        for (const auto j : up_to(nw))
           u[i] += shared[np + gains() + (l * nu + i) * nw + j] * shared[shared_ + l * nw + j];
       }
     }
     return u;
-  }
-  template <class T>
-  [[nodiscard]] std::array<T, nu> applied_control(const std::vector<T>& in) const {
-    return applied_control(std::span<const T>(in));
   }
   [[nodiscard]] bool prices_feedback() const {
     return h_.memory > 0 || !std::ranges::equal(h_.gain_lower, h_.gain_upper);
@@ -650,19 +643,22 @@ class StageGame : public Problem {
     Discretization how;
     using State = std::array<T, nx>;
 
-    T cost(std::span<const T> s, const T& t) const {
+    /// The stage's point with another state and time.
+    StagePoint<T> point(std::span<const T> s, const T& t) const {
       StagePoint<T> p = at;
       p.s = s;
       p.t = t;
+      return p;
+    }
+    T cost(std::span<const T> s, const T& t) const {
+      const StagePoint<T> p = point(s, t);
       if constexpr (kTakesPoints)
         return game.model_.cost(p);
       else
         return game.model_.cost(p.s, p.u, p.w);
     }
     State rate(std::span<const T> s, const T& t) const {
-      StagePoint<T> p = at;
-      p.s = s;
-      p.t = t;
+      const StagePoint<T> p = point(s, t);
       State to{};
       if constexpr (kTakesPoints)
         game.model_.dynamics(p, std::span<T>(to));
@@ -673,7 +669,7 @@ class StageGame : public Problem {
     /// s + h r
     static State along(std::span<const T> s, const T& step, const State& r) {
       State to{};
-      for (std::size_t i = 0; i < nx; ++i) to[i] = s[i] + step * r[i];
+      for (const auto i : up_to(nx)) to[i] = s[i] + step * r[i];
       return to;
     }
     /// The next state of an explicit rule; returns the stage's cost.
@@ -691,7 +687,7 @@ class StageGame : public Problem {
       const State s2 = along(s, half, a), b = rate(s2, middle);
       const State s3 = along(s, half, b), c = rate(s3, middle);
       const State s4 = along(s, h, c), d = rate(s4, end);
-      for (std::size_t i = 0; i < nx; ++i)
+      for (const auto i : up_to(nx))
         next[i] = s[i] + h * (1.0 / 6.0) * (a[i] + 2.0 * (b[i] + c[i]) + d[i]);
       return h * (1.0 / 6.0) *
              (cost(s, at.t) + 2.0 * (cost(s2, middle) + cost(s3, middle)) + cost(s4, end));
@@ -702,24 +698,23 @@ class StageGame : public Problem {
       const T half = 0.5 * h, middle = at.t + half, end = at.t + h;
       if (how == Discretization::ImplicitMidpoint) {
         State mid{};
-        for (std::size_t i = 0; i < nx; ++i) mid[i] = 0.5 * (s[i] + next[i]);
+        for (const auto i : up_to(nx)) mid[i] = 0.5 * (s[i] + next[i]);
         const State r = rate(mid, middle);
-        for (std::size_t i = 0; i < nx; ++i) to[i] = next[i] - s[i] - h * r[i];
+        for (const auto i : up_to(nx)) to[i] = next[i] - s[i] - h * r[i];
         return h * cost(mid, middle);
       }
       if (how == Discretization::HermiteSimpson) {
         const State a = rate(s, at.t), c = rate(next, end);
         State mid{};
-        for (std::size_t i = 0; i < nx; ++i)
-          mid[i] = 0.5 * (s[i] + next[i]) + h * 0.125 * (a[i] - c[i]);
+        for (const auto i : up_to(nx)) mid[i] = 0.5 * (s[i] + next[i]) + h * 0.125 * (a[i] - c[i]);
         const State b = rate(mid, middle);
-        for (std::size_t i = 0; i < nx; ++i)
+        for (const auto i : up_to(nx))
           to[i] = next[i] - s[i] - h * (1.0 / 6.0) * (a[i] + 4.0 * b[i] + c[i]);
         return h * (1.0 / 6.0) * (cost(s, at.t) + 4.0 * cost(mid, middle) + cost(next, end));
       }
       State given{};
       const T total = advance(s, given);
-      for (std::size_t i = 0; i < nx; ++i) to[i] = next[i] - given[i];
+      for (const auto i : up_to(nx)) to[i] = next[i] - given[i];
       return total;
     }
   };
@@ -738,12 +733,10 @@ class StageGame : public Problem {
     T& cost = out[kRows];
     cost = stage.defects(next, out.first(nx));
     if (prices_feedback()) {
-      for (std::size_t i = 0; i < nu; ++i) cost += h_.feedback_price * in[nx + i] * in[nx + i];
+      for (const auto i : up_to(nu)) cost += h_.feedback_price * in[nx + i] * in[nx + i];
     }
     if constexpr (nl > 0) {
-      StagePoint<T> at = stage.at;
-      at.s = next;
-      at.t += h;
+      const StagePoint<T> at = stage.point(next, stage.at.t + h);
       const std::span<T> g = out.subspan(nx, nl);
       if constexpr (kTakesPoints)
         model_.limits_of(at, g);
@@ -771,7 +764,7 @@ class StageGame : public Problem {
       cost = model_.terminal_cost(at.s);
     }
     const std::size_t feedback = prices_feedback() ? gains() + disturbance_gains() : 0;
-    for (std::size_t i = 0; i < feedback; ++i)
+    for (const auto i : up_to(feedback))
       cost += h_.feedback_price * shared[np + i] * shared[np + i];
     if constexpr (nt > 0) {
       const std::span<T> g = out.first(nt);
@@ -789,20 +782,20 @@ class StageGame : public Problem {
     std::vector<T> local(locals_);
     std::array<T, kRows + 1> out{};
     T total = 0.0;
-    for (std::size_t k = 0; k < h_.stages; ++k) {
+    for (const auto k : up_to(h_.stages)) {
       gather<T>(v, k, local);
       const auto next = std::span(local).subspan(kBlock, nx);
       std::ranges::fill(next, T(0.0));
       run_stage<T>(k, local, out);
-      for (std::size_t i = 0; i < nx; ++i) next[i] = v[(k + 1) * kBlock + i] = -out[i];
+      for (const auto i : up_to(nx)) next[i] = v[(k + 1) * kBlock + i] = -out[i];
       run_stage<T>(k, local, out);
       std::ranges::fill(std::span(out).first(nx), T(0.0));
-      std::copy_n(out.begin(), kRows, rows.begin() + static_cast<std::ptrdiff_t>(k * kRows));
+      std::copy_n(out.begin(), kRows, rows.subspan(k * kRows).begin());
       total += out[kRows];
     }
     std::array<T, nt + 1> last{};
     run_end<T>(v.subspan(h_.stages * kBlock), last);
-    std::copy_n(last.begin(), nt, rows.begin() + static_cast<std::ptrdiff_t>(h_.stages * kRows));
+    std::copy_n(last.begin(), nt, rows.last(nt).begin());
     return total + last[nt];
   }
 
@@ -810,11 +803,10 @@ class StageGame : public Problem {
   /// differ (functions of the stage's number, the first ones with memory, branches) or are few.
   [[nodiscard]] bool record_wide(std::span<const double> v, std::size_t k) {
     if (kTakesPoints || h_.memory > 0 || k + kLanes > h_.stages) return false;
-    local_.resize(locals_);
     wide_local_.resize(locals_);
-    for (std::size_t l = 0; l < kLanes; ++l) {
+    for (const auto l : up_to(kLanes)) {
       gather<double>(v, k + l, local_);
-      for (std::size_t i = 0; i < locals_; ++i) wide_local_[i][l] = local_[i];
+      for (const auto i : up_to(locals_)) wide_local_[i][l] = local_[i];
     }
     using Wide = autodiff::TapedLanes<kLanes>;
     return wide_tape_->record_at(wide_local_, [&](std::span<const Wide> in, std::span<Wide> out) {
@@ -825,7 +817,6 @@ class StageGame : public Problem {
     return std::min(k + kLanes, h_.stages);
   }
   void record_stage(std::span<const double> v, std::size_t k) {
-    local_.resize(locals_);
     gather<double>(v, k, local_);
     stage_tape_->record(local_, [&](std::span<const Taped> in, std::span<Taped> out) {
       run_stage<Taped>(k, in, out);
@@ -852,13 +843,12 @@ class StageGame : public Problem {
       valued_ = 0;
       objective_ = 0.0;
     }
-    local_.resize(locals_);
     std::array<Plain, kRows + 1> out{};
     for (; valued_ < std::min(count, h_.stages); ++valued_) {
       gather<double>(v, valued_, local_);
       plain_.assign(local_.begin(), local_.end());
       run_stage<Plain>(valued_, plain_, out);
-      for (std::size_t j = 0; j < kRows; ++j) rows_[valued_ * kRows + j] = out[j].value();
+      for (const auto j : up_to(kRows)) rows_[valued_ * kRows + j] = out[j].value();
       objective_ += out[kRows].value();
     }
     if (valued_ >= count) return;
@@ -866,7 +856,7 @@ class StageGame : public Problem {
     const auto end = v.subspan(h_.stages * kBlock);
     plain_.assign(end.begin(), end.end());
     run_end<Plain>(plain_, last);
-    for (std::size_t j = 0; j < nt; ++j) rows_[h_.stages * kRows + j] = last[j].value();
+    for (const auto j : up_to(nt)) rows_[h_.stages * kRows + j] = last[j].value();
     objective_ += last[nt].value();
     ++valued_;
   }
@@ -878,9 +868,9 @@ class StageGame : public Problem {
       std::ranges::fill(gradient_, 0.0);
     }
     const auto put = [&](std::size_t k, auto value_of) {
-      for (std::size_t e = 0; e < stage_pattern_.jacobian.size(); ++e) {
+      for (const auto e : up_to(stage_pattern_.jacobian.size())) {
         const auto& [row, col] = stage_pattern_.jacobian[e];
-        const Index i = global(k, static_cast<std::size_t>(col));
+        const Index i = global(k, col);
         if (i < 0) continue;
         if (row < index(kRows))
           jacobian_[derived_entries_++] = value_of(e);
@@ -892,7 +882,7 @@ class StageGame : public Problem {
       if (record_wide(v, derived_)) {
         wide_values_.assign(stage_pattern_.jacobian.size(), {});
         wide_tape_->jacobian_at(0, kRows + 1, wide_values_);
-        for (std::size_t l = 0; l < kLanes; ++l)
+        for (const auto l : up_to(kLanes))
           put(derived_ + l, [&](std::size_t e) { return wide_values_[e][l]; });
         derived_ += kLanes;
         continue;
@@ -908,7 +898,7 @@ class StageGame : public Problem {
     record_end(v);
     stage_values_.assign(end_pattern_.jacobian.size(), 0.0);
     end_tape_->jacobian(0, nt + 1, stage_values_);
-    for (std::size_t e = 0; e < stage_values_.size(); ++e) {
+    for (const auto e : up_to(stage_values_.size())) {
       const auto& [row, col] = end_pattern_.jacobian[e];
       if (row < index(nt))
         jacobian_[derived_entries_++] = stage_values_[e];
@@ -964,7 +954,7 @@ class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
 
   [[nodiscard]] const BoxFunctions* over_boxes() const override { return this; }
   [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
-    std::vector<IntervalJet> g(rows());
+    std::vector<IntervalJet> g(this->rows());
     return all_over(v, g);
   }
   void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
@@ -978,8 +968,8 @@ class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
   [[nodiscard]] bool is_concurrent() const override { return true; }
   [[nodiscard]] Determined determined() const override {
     Determined found;
-    for (std::size_t k = 0; k < this->horizon().stages; ++k) {
-      for (std::size_t i = 0; i < Game::nx; ++i) {
+    for (const auto k : this->up_to(this->horizon().stages)) {
+      for (const auto i : this->up_to(Game::nx)) {
         found.variables.push_back(this->state(k + 1, i));
         found.constraints.push_back(static_cast<Index>(k * Game::kRows + i));
       }
@@ -987,13 +977,10 @@ class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
     return found;
   }
   void determine(std::span<double> v) const override {
-    std::vector<Plain> own(v.begin(), v.end()), g(rows());
+    std::vector<Plain> own(v.begin(), v.end()), g(this->rows());
     static_cast<void>(this->template roll_out<Plain>(own, g));
     std::ranges::transform(own, v.begin(), [](const Plain& value) { return value.value(); });
   }
-
- private:
-  [[nodiscard]] std::size_t rows() const { return this->structure().constraint_players.size(); }
 };
 
 }  // namespace ipminmax

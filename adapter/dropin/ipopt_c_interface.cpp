@@ -54,7 +54,7 @@ IpminmaxProblem CreateIpoptProblem(int n, double* x_L, double* x_U, int m, doubl
     const std::vector<int> players(n > 0 ? static_cast<std::size_t>(n) : 1, IPMINMAX_MIN);
     problem = IpminmaxCreate(n, x_L, x_U, m, g_L, g_U, nele_jac, nele_hess, index_style, eval_f,
                              eval_g, eval_grad_f, eval_jac_g, eval_h, players.data(), nullptr);
-    report(nullptr, problem != nullptr ? 1 : 0);
+    report(nullptr, problem != nullptr);
   } catch (const std::bad_alloc&) {
     std::fputs("Ipminmax: out of memory\n", stderr);
   }
@@ -98,7 +98,7 @@ IpminmaxReturnStatus IpoptSolve(IpminmaxProblem problem, double* x, double* g, d
 int GetIpoptCurrentIterate(IpminmaxProblem problem, bool scaled, int n, double* x, double* z_L,
                            double* z_U, int m, double* g, double* lambda) {
   if (scaled) {
-    return ipminmax::get_current_iterate(true, n, x, z_L, z_U, m, g, lambda) ? 1 : 0;
+    return ipminmax::get_current_iterate(true, n, x, z_L, z_U, m, g, lambda);
   }
   return IpminmaxGetCurrentIterate(problem, n, x, z_L, z_U, m, g, lambda);
 }
@@ -110,9 +110,7 @@ int GetIpoptCurrentViolations(IpminmaxProblem problem, bool scaled, int n, doubl
   if (scaled) {
     return ipminmax::get_current_violations(true, n, x_L_violation, x_U_violation, compl_x_L,
                                             compl_x_U, grad_lag_x, m, nlp_constraint_violation,
-                                            compl_g)
-               ? 1
-               : 0;
+                                            compl_g);
   }
   return IpminmaxGetCurrentViolations(problem, n, x_L_violation, x_U_violation, compl_x_L,
                                       compl_x_U, grad_lag_x, m, nlp_constraint_violation, compl_g);

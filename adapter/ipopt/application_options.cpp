@@ -1,18 +1,13 @@
 #include <IpJournalist.hpp>
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <istream>
 #include <iterator>
 #include <limits>
-#include <locale>
 #include <optional>
-#include <sstream>
-#include <utility>
 #include <variant>
-#include <vector>
 
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/exact_options.hpp"
@@ -119,30 +114,8 @@ std::optional<int> parse_integer(const std::string& text) {
   return value;
 }
 
-std::string interval_of(const Ipopt::RegisteredOption& option) {
-  const bool number = option.Type() == Ipopt::OT_Number;
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  if (!option.HasLower()) {
-    text << "(-inf";
-  } else if (number) {
-    text << (option.LowerStrict() ? '(' : '[') << option.LowerNumber();
-  } else {
-    text << '[' << option.LowerInteger();
-  }
-  text << ", ";
-  if (!option.HasUpper()) {
-    text << "inf)";
-  } else if (number) {
-    text << option.UpperNumber() << (option.UpperStrict() ? ')' : ']');
-  } else {
-    text << option.UpperInteger() << ']';
-  }
-  return text.str();
-}
-
 /// The option whose name is nearest, empty when none is near.
-std::string similar_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
+std::string similar_option(const std::string& name, const RegisteredOptions& registry) {
   std::string nearest;
   std::size_t least = 1 + std::min<std::size_t>(3, (name.size() + 1) / 3);
   constexpr std::size_t kLongest = 100;
@@ -165,17 +138,16 @@ bool is_set_to(const Value& value, Get get) {
 
 }  // namespace
 
-std::string unknown_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
+std::string unknown_option(const std::string& name, const RegisteredOptions& registry) {
   const std::string similar = similar_option(name, registry);
   return "unknown option \"" + name + "\"" +
          (similar.empty() ? "" : "; did you mean " + similar + "?");
 }
 
 std::string set_option(const std::string& name, const std::string& text,
-                       Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
-                       bool allow_clobber) {
-  const Ipopt::SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(name);
-  if (Ipopt::IsNull(option)) return unknown_option(name, registry);
+                       RegisteredOptions& registry, OptionsList& list, bool allow_clobber) {
+  const Ipopt::SmartPtr<const RegisteredOption> option = registry.GetOption(name);
+  if (IsNull(option)) return unknown_option(name, registry);
   const std::string setting = name + " = " + text;
   bool done = false;
   if (option->Type() == Ipopt::OT_Number) {
@@ -183,7 +155,7 @@ std::string set_option(const std::string& name, const std::string& text,
     if (!value) return setting + " is not a number";
     // Ipopt's own check accepts NaN and infinity.
     if (!std::isfinite(*value) || !option->IsValidNumberSetting(*value)) {
-      return setting + " is not in " + interval_of(*option);
+      return setting + " is not in " + range_of(*option);
     }
     done = is_set_to(*value, [&](double& v) { return list.GetNumericValue(name, v, ""); }) ||
            list.SetNumericValue(name, *value, allow_clobber);
@@ -191,7 +163,7 @@ std::string set_option(const std::string& name, const std::string& text,
     const auto value = parse_integer(text);
     if (!value) return setting + " is not an integer";
     if (!option->IsValidIntegerSetting(*value)) {
-      return setting + " is not in " + interval_of(*option);
+      return setting + " is not in " + range_of(*option);
     }
     done = is_set_to(*value, [&](Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
            list.SetIntegerValue(name, *value, allow_clobber);
@@ -216,7 +188,7 @@ namespace {
 
 // --- Typed values --------------------------------------------------------------------------------
 
-void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverOptions& options) {
+void copy_option(const OptionInfo& info, const OptionsList& list, SolverOptions& options) {
   const std::string name(info.name);
   if (const auto* number = std::get_if<Number>(&info.kind)) {
     double value = 0.0;
@@ -230,7 +202,7 @@ void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverO
   } else if (const auto* choice = std::get_if<Choice>(&info.kind)) {
     Index value = 0;
     const bool is_set = list.GetEnumValue(name, value, "");
-    const auto i = static_cast<std::size_t>(value);
+    const auto i = at(value);
     if (is_set && i < choice->names.size()) choice->set(options, i);  // others: Ipopt's solvers
   }
 }
@@ -243,7 +215,7 @@ void add_ipopt_only_linear_solvers(OptionInfo& info) {
   choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
 }
 
-void register_row(Ipopt::RegisteredOptions& registry, OptionInfo info) {
+void register_row(RegisteredOptions& registry, OptionInfo info) {
   if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
   register_option(registry, info);
 }
@@ -254,15 +226,15 @@ std::array<std::span<const OptionInfo>, 3> option_tables() {
   return {option_table(), application_option_table(), ipopt_only_options()};
 }
 
-void register_options(Ipopt::RegisteredOptions& registry) {
+void register_options(RegisteredOptions& registry) {
   for (const auto table : option_tables()) {
     for (const OptionInfo& info : table) register_row(registry, info);
   }
 }
 
-Ipopt::SmartPtr<const Ipopt::RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
+Ipopt::SmartPtr<const RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
   const auto known = RegisteredOptions::GetOption(name);
-  if (Ipopt::IsValid(known)) return known;
+  if (IsValid(known)) return known;
   const std::string own = name.substr(name.rfind('.') + 1);  // a prefix ends with a dot
   for (const auto table : option_tables()) {
     const auto found = std::ranges::find(table, own, &OptionInfo::name);
@@ -387,8 +359,7 @@ const std::vector<OptionInfo>& application_option_table() {
 }
 
 std::string read_options(std::istream& input, const std::string& source,
-                         Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
-                         bool allow_clobber) {
+                         RegisteredOptions& registry, OptionsList& list, bool allow_clobber) {
   Tokenizer tokens(input);
   const auto error_at = [&](int line, const std::string& text) {
     return source + ", line " + std::to_string(line) + ": " + text;
@@ -407,7 +378,7 @@ std::string read_options(std::istream& input, const std::string& source,
   return {};
 }
 
-std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options) {
+std::string solver_options(const OptionsList& list, SolverOptions& options) {
   try {
     const MayBeSet may_be_set(list);
     bool as_printed_asked = false;

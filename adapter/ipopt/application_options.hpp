@@ -6,11 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <IpOptionsList.hpp>
-#include <IpRegOptions.hpp>
-
-#include "../../core/options.hpp"
-#include "ipopt_version.hpp"
+#include "option_registry.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -27,13 +23,13 @@ inline constexpr const char* kPointsNotWritten = "error writing minmax_points_fi
 
 /// Registers the solver's options from option_table(), those of the application, and those that
 /// only Ipopt has (ipopt_only_options.hpp).
-void register_options(Ipopt::RegisteredOptions& registry);
+void register_options(RegisteredOptions& registry);
 
 /// A registry with the same options, each of which is made when it is first asked for: all of them
 /// take longer than a small solve.
-class OptionRegistry : public Ipopt::RegisteredOptions {
+class OptionRegistry : public RegisteredOptions {
  public:
-  Ipopt::SmartPtr<const Ipopt::RegisteredOption> GetOption(const std::string& name) override;
+  Ipopt::SmartPtr<const RegisteredOption> GetOption(const std::string& name) override;
   /// Makes all of them.
   [[nodiscard]] const RegOptionsList& RegisteredOptionsList() const override;
 };
@@ -43,22 +39,22 @@ class OptionRegistry : public Ipopt::RegisteredOptions {
 /// unless allow_clobber. Stops at the first error and returns it as "ipminmax.opt, line 3: unknown
 /// option \"mu_int\"", or what cannot be read; empty when there is none. source: the file's name.
 [[nodiscard]] std::string read_options(std::istream& input, const std::string& source,
-                                       Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
+                                       RegisteredOptions& registry, OptionsList& list,
                                        bool allow_clobber = false);
 
 /// "unknown option "tool"; did you mean tol?"
 [[nodiscard]] std::string unknown_option(const std::string& name,
-                                         const Ipopt::RegisteredOptions& registry);
+                                         const RegisteredOptions& registry);
 
 /// Sets one option from its text. allow_clobber: whether later calls may overwrite it. Returns what
 /// is wrong ("tol = -1 is not in (0, inf)"), empty when nothing is.
 [[nodiscard]] std::string set_option(const std::string& name, const std::string& text,
-                                     Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
+                                     RegisteredOptions& registry, OptionsList& list,
                                      bool allow_clobber);
 
 /// Copies the values that were set to options and checks all, also for options of Ipopt that are
 /// refused. Returns the first error, empty when there is none.
-[[nodiscard]] std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options);
+[[nodiscard]] std::string solver_options(const OptionsList& list, SolverOptions& options);
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

@@ -1,27 +1,30 @@
 #include <IpJournalist.hpp>
-#include <IpOptionsList.hpp>
-#include <IpRegOptions.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
-#include <optional>
 #include <random>
 #include <sstream>
 #include <stdexcept>
 
+#include "adapter/control/horizon_shift.hpp"
 #include "adapter/ipopt/application_options.hpp"
 #include "adapter/ipopt/cross_check.hpp"
+#include "adapter/ipopt/log.hpp"
 #include "adapter/ipopt/status.hpp"
 #include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
+
+using Ipopt::SmartPtr;
+using log::format;
+
 namespace {
 
 /// Error over tol up to which Ipopt's point is put to the second-order test.
@@ -36,18 +39,11 @@ class ProblemView final : public Restructured {
  public:
   using Restructured::Restructured;
   void negate_objective() { sign_ = -1.0; }
-  void start_from(std::vector<double> v) { start_.v = std::move(v); }
-  /// Signs of Result.
-  void start_from(const IpoptAnswer& answer) { start_ = answer; }
+  void start_from(std::vector<double> v) { start_ = std::move(v); }
 
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    if (start_.v.empty()) return Restructured::starting_point(start);
-    std::ranges::copy(start_.v, start.v.begin());
-    if (start.needs_multipliers) {
-      std::ranges::copy(start_.lambda, start.lambda.begin());
-      std::ranges::copy(start_.z_lower, start.z_lower.begin());
-      std::ranges::copy(start_.z_upper, start.z_upper.begin());
-    }
+    if (start_.empty()) return Restructured::starting_point(start);
+    std::ranges::copy(start_, start.v.begin());
     return true;
   }
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
@@ -73,7 +69,7 @@ class ProblemView final : public Restructured {
   }
 
  private:
-  IpoptAnswer start_;
+  std::vector<double> start_;
   double sign_ = 1.0;
 };
 
@@ -107,13 +103,12 @@ PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
 }
 
 std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& options) {
-  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
-  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, silent);
+  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const SmartPtr<RegisteredOptions> registry = new OptionRegistry();
+  const SmartPtr<OptionsList> list = new OptionsList(registry, silent);
   std::string text;
   for (const OptionSetting& setting : settings.options) {
-    if (Ipopt::IsValid(registry->GetOption(setting.first)) &&
-        find_option(setting.first) == nullptr) {
+    if (IsValid(registry->GetOption(setting.first)) && find_option(setting.first) == nullptr) {
       return "option \"" + setting.first + "\" has no effect in a cross check";
     }
     text += text_of(setting);
@@ -123,8 +118,8 @@ std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& 
   return solver_options(*list, options);
 }
 
-Ipopt::SmartPtr<Ipopt::RegisteredOptions> ipopt_registry() {
-  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+SmartPtr<RegisteredOptions> ipopt_registry() {
+  const SmartPtr<RegisteredOptions> registry = new RegisteredOptions();
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
   return registry;
 }
@@ -132,13 +127,13 @@ Ipopt::SmartPtr<Ipopt::RegisteredOptions> ipopt_registry() {
 /// The settings that Ipopt gets, as an options file. inner: for the maximizations over y, which
 /// choose start, bounds and barrier themselves.
 std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
-  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = ipopt_registry();
+  const SmartPtr<RegisteredOptions> registry = ipopt_registry();
   std::string text;
   for (const OptionSetting& setting : settings.options) {
     const std::string& name = setting.first;
     const OptionInfo* info = find_option(name);
     const bool shared = info != nullptr && !name.starts_with("minmax_") &&
-                        name != "linear_solver" && Ipopt::IsValid(registry->GetOption(name));
+                        name != "linear_solver" && IsValid(registry->GetOption(name));
     const bool ours =
         inner && shared &&
         (info->category == "Initialization" || info->category == "Barrier Parameter" ||
@@ -149,16 +144,16 @@ std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
   return text;
 }
 
-void set_from_text(Ipopt::OptionsList& list, const std::string& text) {
-  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+void set_from_text(OptionsList& list, const std::string& text) {
+  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
   std::istringstream input(text);
   list.ReadFromStream(*silent, input);
 }
 
 /// What Ipopt says against the settings, empty when nothing.
 std::string check_ipopt_options(const std::string& text) {
-  const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(ipopt_registry(), silent);
+  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const SmartPtr<OptionsList> list = new OptionsList(ipopt_registry(), silent);
   try {
     set_from_text(*list, text);
   } catch (const Ipopt::IpoptException& error) {
@@ -170,21 +165,16 @@ std::string check_ipopt_options(const std::string& text) {
 // --- Two answers to one problem
 // -------------------------------------------------------------------
 
-double largest(const std::vector<double>& values) {
-  double size = 1.0;
-  for (const double value : values) size = std::max(size, std::abs(value));
-  return size;
-}
-
 /// max |a - b| / max(1, largest |b|) over the entries that count.
 template <class Counts>
 double relative_difference(const std::vector<double>& a, const std::vector<double>& b,
                            Counts counts) {
-  double difference = 0.0;
+  double difference = 0.0, size = 1.0;
+  for (const double value : b) size = std::max(size, std::abs(value));
   for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
     if (counts(i)) difference = std::max(difference, std::abs(a[i] - b[i]));
   }
-  return difference / largest(b);
+  return difference / size;
 }
 
 AnswerDifference difference_of(const ProblemStructure& structure, const Result& ours,
@@ -211,15 +201,15 @@ void negate(IpoptAnswer& answer) {
 
 /// This solver's second-order test at Ipopt's point: a warm start without an iteration.
 Certificate certify(Problem& problem, const IpoptAnswer& answer, SolverOptions options) {
-  ProblemView view(problem);
-  view.start_from(answer);
+  Result start;
+  start.v = answer.v;
+  start.lambda = answer.lambda;
+  start.z_lower = answer.z_lower;
+  start.z_upper = answer.z_upper;
+  AtResult view(problem, &start);
   constexpr double kTiny = std::numeric_limits<double>::min();
-  options.warm_start_init_point = true;
-  options.warm_start_bound_push = options.warm_start_bound_frac = kTiny;
-  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = kTiny;
-  options.warm_start_mult_bound_push = kTiny;
+  warm_start(options, kTiny);  // mu_init is raised to the final barrier parameter
   options.warm_start_mult_init_max = 1e20;
-  options.mu_init = kTiny;  // raised to the final barrier parameter
   options.max_iter = 0;
   options.acceptable_tol = kTestableError * options.tol;
   options.acceptable_iter = 1;
@@ -268,7 +258,7 @@ class InnerMaximization {
     const auto is_free = [&](std::size_t i) {
       return s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i];
     };
-    for (std::size_t i = 0; i < v.size(); ++i) {
+    for (const auto i : indices(v)) {
       if (is_free(i)) free_.push_back(i);
     }
     depends_on_y_.assign(s.constraint_lower.size(), false);
@@ -318,7 +308,7 @@ class InnerMaximization {
     double f = 0.0;
     if (problem_.objective(v, true, f)) range_.see(f);
     if (g_.empty() || !problem_.constraints(v, true, g_)) return;
-    for (std::size_t j = 0; j < g_.size(); ++j) row_ranges_[j].see(g_[j]);
+    for (const auto j : indices(g_)) row_ranges_[j].see(g_[j]);
   }
 
   /// v with y moved by up to radius times its lengths within its bounds.
@@ -339,7 +329,7 @@ class InnerMaximization {
     if (g_.empty()) return 0.0;
     if (!problem_.constraints(v, true, g_)) return kInfinity;
     double worst = 0.0;
-    for (std::size_t j = 0; j < g_.size(); ++j) {
+    for (const auto j : indices(g_)) {
       const double excess = std::max(s.constraint_lower[j] - g_[j], g_[j] - s.constraint_upper[j]);
       if (depends_on_y_[j] && excess > 0.0)
         worst = std::max(worst, excess / row_ranges_[j].resolution(kFeasible));
@@ -359,13 +349,13 @@ class InnerMaximization {
       s.variable_lower[i] = std::max(problem_.structure().variable_lower[i], v_[i] - r);
       s.variable_upper[i] = std::min(problem_.structure().variable_upper[i], v_[i] + r);
     }
-    for (std::size_t j = 0; j < depends_on_y_.size(); ++j) {
+    for (const auto j : indices(depends_on_y_)) {
       if (depends_on_y_[j]) continue;
       s.constraint_lower[j] = -kInfinity;
       s.constraint_upper[j] = kInfinity;
     }
     view.start_from(std::move(from));
-    IpoptAnswer answer = solve_with_ipopt(view, [&](Ipopt::OptionsList& list) {
+    IpoptAnswer answer = solve_with_ipopt(view, [&](OptionsList& list) {
       list.SetIntegerValue("max_iter", 300);
       list.SetNumericValue("bound_relax_factor", 0.0);
       // A larger barrier would hold y in the middle of its box, which is y*.
@@ -401,13 +391,6 @@ class InnerMaximization {
 // --- Report
 // ---------------------------------------------------------------------------------------
 
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  std::array<char, 256> line{};
-  std::snprintf(line.data(), line.size(), pattern, arguments...);
-  return line.data();
-}
-
 std::string comparison_report(const CrossCheck& check) {
   const Result& ours = check.ours;
   const IpoptAnswer& ipopt = check.ipopt;
@@ -441,18 +424,16 @@ std::string comparison_report(const CrossCheck& check) {
 
 std::string minmax_report(const CrossCheck& check) {
   const InnerMaximumCheck& inner = check.inner;
-  std::string text =
-      "Status of Ipminmax...........: " + std::string(name_of(check.ours.status)) + "\n";
-  text += "Second-order test............: ";
-  text += std::string(name_of(check.ours.certificate.second_order)) + "\n";
-  text += format("Objective f(x*, y*)..........: %24.16e\n", inner.objective);
-  text += format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
-                 inner.near_solved);
-  text += format("Largest f near y*............: %24.16e%s\n", inner.best_near,
-                 inner.improved_near ? "  (better)" : "");
-  text += format("Largest f found elsewhere....: %24.16e%s\n", inner.best_far,
-                 inner.improved_far ? "  (better: y* is not the global maximum)" : "");
-  return text;
+  return "Status of Ipminmax...........: " + std::string(name_of(check.ours.status)) +
+         "\nSecond-order test............: " +
+         std::string(name_of(check.ours.certificate.second_order)) +
+         format("\nObjective f(x*, y*)..........: %24.16e\n", inner.objective) +
+         format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
+                inner.near_solved) +
+         format("Largest f near y*............: %24.16e%s\n", inner.best_near,
+                inner.improved_near ? "  (better)" : "") +
+         format("Largest f found elsewhere....: %24.16e%s\n", inner.best_far,
+                inner.improved_far ? "  (better: y* is not the global maximum)" : "");
 }
 
 /// In the order of CrossCheckVerdict.
@@ -481,10 +462,6 @@ VerdictText text_of(CrossCheckVerdict verdict) {
   return at < kVerdicts.size() ? kVerdicts[at] : VerdictText{"unknown", "unknown"};
 }
 
-Index count_of(const std::vector<Player>& players, Player player) {
-  return static_cast<Index>(std::ranges::count(players, player));
-}
-
 }  // namespace
 
 std::string_view name_of(CrossCheckVerdict verdict) { return text_of(verdict).name; }
@@ -508,7 +485,8 @@ CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& se
   CrossCheck check;
   const ProblemStructure& structure = problem.structure();
   check.variables = static_cast<Index>(structure.variable_players.size());
-  check.min_variables = count_of(structure.variable_players, Player::Min);
+  check.min_variables =
+      static_cast<Index>(std::ranges::count(structure.variable_players, Player::Min));
   check.constraints = static_cast<Index>(structure.constraint_players.size());
   SolverOptions options;
   check.message = read_own_options(settings, options);
@@ -543,7 +521,7 @@ CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& se
   const bool maximization = check.variables > 0 && check.min_variables == 0;
   ProblemView view(problem);
   if (maximization) view.negate_objective();
-  check.ipopt = solve_with_ipopt(view, [&](Ipopt::OptionsList& list) {
+  check.ipopt = solve_with_ipopt(view, [&](OptionsList& list) {
     list.SetStringValue("honor_original_bounds", "no");  // as here; Ipopt 3.11 projects otherwise
     set_from_text(list, ipopt_options);
   });
@@ -556,11 +534,11 @@ CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& se
   return check;
 }
 
-CrossCheck cross_check_with_ipopt(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
+CrossCheck cross_check_with_ipopt(const SmartPtr<Ipopt::TNLP>& model,
                                   const CrossCheckSettings& settings) {
   CrossCheck check;
   check.ours.status = Status::InvalidProblem;
-  if (Ipopt::IsNull(model)) {
+  if (IsNull(model)) {
     check.message = check.ours.message = "the model is null";
     return check;
   }

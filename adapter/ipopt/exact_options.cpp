@@ -1,10 +1,10 @@
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
 
 #include "adapter/ipopt/exact_options.hpp"
+#include "adapter/ipopt/spelling.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -17,72 +17,18 @@ double as_listed(double value) {
   return std::strtod(text.data(), nullptr);
 }
 
-std::string lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return text;
-}
-
 }  // namespace
-
-#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-Ipopt::OptionsList& ExactOptionsList::operator=(const Ipopt::OptionsList& source) {
-  ++changes_;
-  all_touched_ = true;
-  Ipopt::OptionsList::operator=(source);
-  return *this;
-}
-
-bool ExactOptionsList::UnsetValue(const std::string& tag) {
-  ++changes_;
-  return Ipopt::OptionsList::UnsetValue(tag);
-}
-#else
-void ExactOptionsList::operator=(const Ipopt::OptionsList& source) {
-  ++changes_;
-  all_touched_ = true;
-  Ipopt::OptionsList::operator=(source);
-}
-#endif
-
-void ExactOptionsList::clear() {
-  ++changes_;
-  touched_.clear();
-  all_touched_ = false;
-  Ipopt::OptionsList::clear();
-}
-
-bool ExactOptionsList::SetStringValue(const std::string& tag, const std::string& value,
-                                      bool allow_clobber, bool dont_print) {
-  touch(tag);
-  return Ipopt::OptionsList::SetStringValue(tag, value, allow_clobber, dont_print);
-}
-
-bool ExactOptionsList::SetIntegerValue(const std::string& tag, Ipopt::Index value,
-                                       bool allow_clobber, bool dont_print) {
-  touch(tag);
-  return Ipopt::OptionsList::SetIntegerValue(tag, value, allow_clobber, dont_print);
-}
 
 bool ExactOptionsList::SetNumericValue(const std::string& tag, double value, bool allow_clobber,
                                        bool dont_print) {
   touch(tag);
-  if (!Ipopt::OptionsList::SetNumericValue(tag, value, allow_clobber, dont_print)) return false;
+  if (!OptionsList::SetNumericValue(tag, value, allow_clobber, dont_print)) return false;
   // True also where an earlier value that must not be overwritten stays.
   double rounded = 0.0;
-  if (Ipopt::OptionsList::GetNumericValue(tag, rounded, "") && rounded == as_listed(value)) {
+  if (OptionsList::GetNumericValue(tag, rounded, "") && rounded == as_listed(value)) {
     exact_[lower_case(tag)] = {value, rounded};
   }
   return true;
-}
-
-void ExactOptionsList::copy(const Ipopt::OptionsList& other) {
-  static_cast<Ipopt::OptionsList&>(*this) = other;
-  const auto* exact = dynamic_cast<const ExactOptionsList*>(&other);
-  exact_ = exact != nullptr ? exact->exact_ : std::map<std::string, Exact>{};
-  touched_ = exact != nullptr ? exact->touched_ : std::vector<std::string>{};
-  all_touched_ = exact == nullptr || exact->all_touched_;
 }
 
 void ExactOptionsList::touch(const std::string& tag) {
@@ -93,7 +39,7 @@ void ExactOptionsList::touch(const std::string& tag) {
 
 bool ExactOptionsList::GetNumericValue(const std::string& tag, double& value,
                                        const std::string& prefix) const {
-  if (!Ipopt::OptionsList::GetNumericValue(tag, value, prefix)) return false;
+  if (!OptionsList::GetNumericValue(tag, value, prefix)) return false;
   const auto found = exact_.find(lower_case(prefix + tag));
   if (found != exact_.end() && found->second.rounded == value) value = found->second.value;
   return true;

@@ -7,33 +7,51 @@
 #include <string_view>
 #include <vector>
 
-#include <IpOptionsList.hpp>
-
-#include "ipopt_version.hpp"
+#include "option_registry.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Ipopt's list of options, of whose numbers Ipopt keeps six digits as text in the C locale of the
 /// moment. This one keeps the numbers too.
-class ExactOptionsList : public Ipopt::OptionsList {
+class ExactOptionsList : public OptionsList {
  public:
   using Ipopt::OptionsList::OptionsList;
 
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-  Ipopt::OptionsList& operator=(const Ipopt::OptionsList& source) override;
-  bool UnsetValue(const std::string& tag) override;
+  OptionsList& operator=(const OptionsList& source) override {
+    note_other_list();
+    return OptionsList::operator=(source);
+  }
+  bool UnsetValue(const std::string& tag) override {
+    ++changes_;
+    return OptionsList::UnsetValue(tag);
+  }
 #else
-  void operator=(const Ipopt::OptionsList& source) override;
+  void operator=(const OptionsList& source) override {
+    note_other_list();
+    OptionsList::operator=(source);
+  }
 #endif
-  void clear() override;
+  void clear() override {
+    ++changes_;
+    touched_.clear();
+    all_touched_ = false;
+    OptionsList::clear();
+  }
   bool SetStringValue(const std::string& tag, const std::string& value, bool allow_clobber = true,
-                      bool dont_print = false) override;
+                      bool dont_print = false) override {
+    touch(tag);
+    return OptionsList::SetStringValue(tag, value, allow_clobber, dont_print);
+  }
   bool SetIntegerValue(const std::string& tag, Ipopt::Index value, bool allow_clobber = true,
+                       bool dont_print = false) override {
+    touch(tag);
+    return OptionsList::SetIntegerValue(tag, value, allow_clobber, dont_print);
+  }
+  bool SetNumericValue(const std::string& tag, double value, bool allow_clobber = true,
                        bool dont_print = false) override;
-  bool SetNumericValue(const std::string& tag, Ipopt::Number value, bool allow_clobber = true,
-                       bool dont_print = false) override;
-  bool GetNumericValue(const std::string& tag, Ipopt::Number& value,
+  bool GetNumericValue(const std::string& tag, double& value,
                        const std::string& prefix) const override;
 
   /// Grows with every call that may change an option.
@@ -46,15 +64,25 @@ class ExactOptionsList : public Ipopt::OptionsList {
   }
 
   /// Takes the other's options, registry and journalist.
-  void copy(const Ipopt::OptionsList& other);
+  void copy(const OptionsList& other) {
+    static_cast<OptionsList&>(*this) = other;
+    const auto* exact = dynamic_cast<const ExactOptionsList*>(&other);
+    exact_ = exact != nullptr ? exact->exact_ : std::map<std::string, Exact>{};
+    touched_ = exact != nullptr ? exact->touched_ : std::vector<std::string>{};
+    all_touched_ = exact == nullptr || exact->all_touched_;
+  }
 
  private:
   /// Values set, with what the list made of them: a later value of another origin shows in that.
   struct Exact {
-    Ipopt::Number value;
-    Ipopt::Number rounded;
+    double value;
+    double rounded;
   };
   void touch(const std::string& tag);
+  void note_other_list() {
+    ++changes_;
+    all_touched_ = true;
+  }
 
   std::map<std::string, Exact> exact_;  ///< by lower-case name
   std::uint64_t changes_ = 0;
@@ -65,7 +93,7 @@ class ExactOptionsList : public Ipopt::OptionsList {
 /// Which options may be set in a list: any in a list of another class.
 class MayBeSet {
  public:
-  explicit MayBeSet(const Ipopt::OptionsList& list)
+  explicit MayBeSet(const OptionsList& list)
       : exact_(dynamic_cast<const ExactOptionsList*>(&list)) {}
   [[nodiscard]] bool operator()(std::string_view name) const {
     return exact_ == nullptr || exact_->may_be_set(name);

@@ -3,7 +3,6 @@
 #include <IpIpoptApplication.hpp>
 #include <algorithm>
 #include <deque>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <variant>
@@ -12,8 +11,6 @@
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_only_options.hpp"
 #include "adapter/ipopt/option_registry.hpp"
-#include "core/options.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -32,24 +29,7 @@ std::string_view keep(const std::string& text, IpoptOptions& options) {
   return options.texts.emplace_back(text);
 }
 
-OptionInfo::Number number_of(const Ipopt::RegisteredOption& option) {
-  return {.member = nullptr,
-          .lower = option.HasLower() ? option.LowerNumber() : -kInfinity,
-          .upper = option.HasUpper() ? option.UpperNumber() : kInfinity,
-          .lower_strict = !option.HasLower() || option.LowerStrict(),
-          .upper_strict = !option.HasUpper() || option.UpperStrict(),
-          .by_default = option.DefaultNumber()};
-}
-
-OptionInfo::Integer integer_of(const Ipopt::RegisteredOption& option) {
-  using Limits = std::numeric_limits<int>;
-  return {.member = nullptr,
-          .lower = option.HasLower() ? option.LowerInteger() : Limits::min(),
-          .upper = option.HasUpper() ? option.UpperInteger() : Limits::max(),
-          .by_default = option.DefaultInteger()};
-}
-
-OptionInfo::Choice choice_of(const Ipopt::RegisteredOption& option, IpoptOptions& options) {
+OptionInfo::Choice choice_of(const RegisteredOption& option, IpoptOptions& options) {
   OptionInfo::Choice choice{};
   for (const auto& entry : option.GetValidStrings()) {
     if (entry.value_ == option.DefaultString()) choice.by_default = choice.names.size();
@@ -59,7 +39,7 @@ OptionInfo::Choice choice_of(const Ipopt::RegisteredOption& option, IpoptOptions
   return choice;
 }
 
-OptionInfo read_option(const Ipopt::RegisteredOption& option, IpoptOptions& options) {
+OptionInfo read_option(const RegisteredOption& option, IpoptOptions& options) {
   OptionInfo info{.name = keep(option.Name(), options),
                   .category = "Ipopt only",
                   .text = "Ipopt only",
@@ -84,7 +64,7 @@ bool is_own_option(std::string_view name) {
 }
 
 IpoptOptions read_options() {
-  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  const Ipopt::SmartPtr<RegisteredOptions> registry = new RegisteredOptions();
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
   IpoptOptions options;
   for (const auto& entry : registry->RegisteredOptionsList()) {
@@ -122,14 +102,14 @@ bool matches(std::string_view pattern, std::string_view name) {
 std::optional<std::string_view> find_advice(const std::vector<IpoptOptionAdvice>& table,
                                             std::string_view name) {
   for (const IpoptOptionAdvice& row : table) {
-    if (matches(row.name, name)) return row.advice;
+    const auto is_meant = [&](std::string_view pattern) { return matches(pattern, name); };
+    if (std::ranges::any_of(row.names, is_meant)) return row.advice;
   }
   return std::nullopt;
 }
 
 /// Those that only Ipopt has and that were set to another value than its default, by name.
-std::vector<std::pair<std::string_view, std::string>> changed_options(
-    const Ipopt::OptionsList& list) {
+std::vector<std::pair<std::string_view, std::string>> changed_options(const OptionsList& list) {
   const MayBeSet may_be_set(list);
   std::vector<std::pair<std::string_view, std::string>> changed;
   for (const OptionInfo& option : ipopt_only_options()) {
@@ -144,74 +124,57 @@ std::vector<std::pair<std::string_view, std::string>> changed_options(
 
 const std::vector<IpoptOptionAdvice>& refused_ipopt_option_advice() {
   static const std::vector<IpoptOptionAdvice> table = {
-      {"jacobian_approximation", "first derivatives are needed: implement eval_jac_g"},
-      {"gradient_approximation", "first derivatives are needed: implement eval_grad_f"},
-      {"nlp_scaling_obj_target_gradient",
+      {{"jacobian_approximation"}, "first derivatives are needed: implement eval_jac_g"},
+      {{"gradient_approximation"}, "first derivatives are needed: implement eval_grad_f"},
+      {{"nlp_scaling_obj_target_gradient"},
        "gradients are only scaled down, see nlp_scaling_max_gradient; other factors come from "
        "obj_scaling_factor or nlp_scaling_method user-scaling"},
-      {"nlp_scaling_constr_target_gradient",
+      {{"nlp_scaling_constr_target_gradient"},
        "gradients are only scaled down, see nlp_scaling_max_gradient; other factors come from "
        "nlp_scaling_method user-scaling"},
-      {"warm_start_entire_iterate",
+      {{"warm_start_entire_iterate"},
        "a warm start takes the model's point and multipliers, see warm_start_init_point"},
-      {"skip_finalize_solution_call", "finalize_solution is always called"},
+      {{"skip_finalize_solution_call"}, "finalize_solution is always called"},
   };
   return table;
 }
 
 const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
-  static const std::string_view barrier =
-      "not a setting of the adaptive strategy here, see mu_strategy, mu_oracle and "
-      "adaptive_mu_globalization";
   static const std::string_view other_solver =
       "it belongs to a linear solver that is not built in, see linear_solver";
-  static const std::string_view restoration = "the feasibility restoration has no settings";
-  static const std::string_view constant =
-      "functions are evaluated anew at every point, constant or not";
-  static const std::string_view output = "see print_level, file_print_level and sb";
   static const std::vector<IpoptOptionAdvice> table = {
-      {"mu_*", barrier},
-      {"adaptive_mu_*", barrier},
-      {"fixed_mu_oracle", barrier},
-      {"quality_function_*", barrier},
-      {"sigma_*", barrier},
-      {"warm_start_target_mu", "see mu_init and mu_target"},
-      {"warm_start_same_structure", "ReOptimizeTNLP does that"},
-      {"accept_every_trial_step", "see minmax_globalization none"},
-      {"ma27_*", other_solver},
-      {"ma28_*", other_solver},
-      {"ma57_*",
+      {{"mu_*", "adaptive_mu_*", "fixed_mu_oracle", "quality_function_*", "sigma_*"},
+       "not a setting of the adaptive strategy here, see mu_strategy, mu_oracle and "
+       "adaptive_mu_globalization"},
+      {{"warm_start_target_mu"}, "see mu_init and mu_target"},
+      {{"warm_start_same_structure"}, "ReOptimizeTNLP does that"},
+      {{"accept_every_trial_step"}, "see minmax_globalization none"},
+      {{"ma27_*", "ma28_*"}, other_solver},
+      {{"ma57_*"},
        "MA57's pivot threshold grows from 1e-8 to 1e-4, and it orders as minmax_ordering says"},
-      {"ma77_*", other_solver},
-      {"ma86_*", other_solver},
-      {"ma97_*",
+      {{"ma77_*", "ma86_*"}, other_solver},
+      {{"ma97_*"},
        "MA97's pivot threshold grows from 1e-8 to 1e-4, and it orders as minmax_ordering says"},
-      {"pardiso_*", "Pardiso matches, orders and pivots as by Ipopt's defaults"},
-      {"pardisomkl_*", "Pardiso matches, orders and pivots as by Ipopt's defaults"},
-      {"wsmp_*", other_solver},
-      {"spral_*",
+      {{"pardiso_*", "pardisomkl_*"}, "Pardiso matches, orders and pivots as by Ipopt's defaults"},
+      {{"wsmp_*"}, other_solver},
+      {{"spral_*"},
        "SPRAL's pivot threshold grows from 1e-8 to 1e-4, and it orders as minmax_ordering says"},
-      {"mumps_*", "see minmax_ordering, mumps_pivtol and mumps_pivtolmax"},
-      {"linear_s*", "matrices are scaled by the linear solver itself"},
-      {"limited_memory_*", "quasi-Newton matrices of minimizations are BFGS of six pairs"},
-      {"hessian_approximation_space", "second derivatives that are missing come from differences"},
-      {"findiff_perturbation", "first derivatives are not approximated"},
-      {"check_derivatives_for_naninf", "values that are used are always checked"},
-      {"jac_c_constant", constant},
-      {"jac_d_constant", constant},
-      {"hessian_constant", constant},
-      {"grad_f_constant", constant},
-      {"resto_*", restoration},
-      {"max_resto_iter", restoration},
-      {"start_with_resto", restoration},
-      {"expect_infeasible_problem*", restoration},
-      {"evaluate_orig_obj_at_resto_trial", restoration},
-      {"required_infeasibility_reduction", restoration},
-      {"dependency_*", "dependent equality constraints are regularized, not removed"},
-      {"inf_pr_output", "inf_pr is the violation of the model's constraints (original)"},
-      {"print_options_latex_mode", "see print_options_documentation"},
-      {"print_*", output},
-      {"suppress_all_output", output},
+      {{"mumps_*"}, "see minmax_ordering, mumps_pivtol and mumps_pivtolmax"},
+      {{"linear_s*"}, "matrices are scaled by the linear solver itself"},
+      {{"limited_memory_*"}, "quasi-Newton matrices of minimizations are BFGS of six pairs"},
+      {{"hessian_approximation_space"},
+       "second derivatives that are missing come from differences"},
+      {{"findiff_perturbation"}, "first derivatives are not approximated"},
+      {{"check_derivatives_for_naninf"}, "values that are used are always checked"},
+      {{"jac_c_constant", "jac_d_constant", "hessian_constant", "grad_f_constant"},
+       "functions are evaluated anew at every point, constant or not"},
+      {{"resto_*", "max_resto_iter", "start_with_resto", "expect_infeasible_problem*",
+        "evaluate_orig_obj_at_resto_trial", "required_infeasibility_reduction"},
+       "the feasibility restoration has no settings"},
+      {{"dependency_*"}, "dependent equality constraints are regularized, not removed"},
+      {{"inf_pr_output"}, "inf_pr is the violation of the model's constraints (original)"},
+      {{"print_options_latex_mode"}, "see print_options_documentation"},
+      {{"print_*", "suppress_all_output"}, "see print_level, file_print_level and sb"},
   };
   return table;
 }
@@ -231,7 +194,7 @@ std::vector<std::string_view> ipopt_only_linear_solvers() {
   return others;
 }
 
-std::string refused_ipopt_option(const Ipopt::OptionsList& list) {
+std::string refused_ipopt_option(const OptionsList& list) {
   for (const auto& [name, value] : changed_options(list)) {
     if (const auto advice = find_advice(refused_ipopt_option_advice(), name)) {
       return std::string(name) + " = " + value +
@@ -241,7 +204,7 @@ std::string refused_ipopt_option(const Ipopt::OptionsList& list) {
   return {};
 }
 
-std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
+std::vector<std::string> ignored_ipopt_options(const OptionsList& list) {
   std::vector<std::string> messages;
   const auto add = [&](std::string_view name, const std::string& value, std::string_view reason) {
     messages.push_back(std::string(name) + " = " + value +

@@ -2,14 +2,9 @@
 
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
-#include <IpOptionsList.hpp>
-#include <IpRegOptions.hpp>
-
-#include "../../core/options.hpp"
-#include "ipopt_version.hpp"
+#include "option_registry.hpp"
 
 /// @file
 /// Options of Ipopt that this solver does not have, so that programs and options files made for
@@ -35,16 +30,16 @@ inline namespace IPMINMAX_IPOPT_ABI {
 
 /// First option that is refused, as "jacobian_approximation = finite-difference-values is an option
 /// of Ipopt that is not available: ..."; empty when there is none.
-[[nodiscard]] std::string refused_ipopt_option(const Ipopt::OptionsList& list);
+[[nodiscard]] std::string refused_ipopt_option(const OptionsList& list);
 
 /// One message for each option set that has no effect, as "mu_strategy = adaptive has no effect:
 /// ...".
-[[nodiscard]] std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list);
+[[nodiscard]] std::vector<std::string> ignored_ipopt_options(const OptionsList& list);
 
 /// Name and what to do instead, for the documentation. Names that end with * stand for all options
 /// that begin so.
 struct IpoptOptionAdvice {
-  std::string_view name;
+  std::vector<std::string_view> names;
   std::string_view advice;
 };
 [[nodiscard]] const std::vector<IpoptOptionAdvice>& refused_ipopt_option_advice();

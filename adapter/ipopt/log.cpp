@@ -10,30 +10,29 @@
 #include "adapter/ipopt/ipopt_version.hpp"
 #include "adapter/ipopt/log.hpp"
 #include "core/answer.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/status_table.hpp"
 #include "core/robust/robust_scope.hpp"
 #include "core/version.h"
 #include "core/worst_case.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax::log {
-namespace {
 
-#if defined(__GNUC__)
-__attribute__((format(printf, 1, 2)))
-#endif
-std::string
-format(const char* pattern, ...) {
+std::string format(const char* pattern, ...) {
   std::va_list arguments;
   va_start(arguments, pattern);
   std::va_list again;
   va_copy(again, arguments);
   const int length = std::vsnprintf(nullptr, 0, pattern, arguments);
   va_end(arguments);
-  std::string text(length > 0 ? static_cast<std::size_t>(length) : 0, '\0');
+  std::string text(length > 0 ? at(length) : 0, '\0');
   std::vsnprintf(text.data(), text.size() + 1, pattern, again);
   va_end(again);
   return text;
 }
+
+namespace {
 
 std::string log10_or_dash(double value) {
   return value > 0.0 ? format("%.1f", std::log10(value)) : "-";
@@ -51,31 +50,22 @@ std::string row(const char* label, const PerPlayer& value) {
   return format("%s %9ld %9ld\n", label, value.count[0], value.count[1]);
 }
 
-struct Bounds {
-  const SolverOptions& options;
-  [[nodiscard]] bool has_lower(double lower) const { return lower > options.nlp_lower_bound_inf; }
-  [[nodiscard]] bool has_upper(double upper) const { return upper < options.nlp_upper_bound_inf; }
-};
-
 /// How many variables or constraints have which bounds.
 struct BoundCounts {
   PerPlayer total, equal, only_lower, both, only_upper;
 
   BoundCounts(const std::vector<double>& lower, const std::vector<double>& upper,
-              const std::vector<Player>& players, const Bounds& bounds) {
-    for (std::size_t i = 0; i < players.size(); ++i) {
+              const std::vector<Player>& players, const SolverOptions& options) {
+    PerPlayer free;
+    for (const auto i : indices(players)) {
+      const bool has_lower = lower[i] > options.nlp_lower_bound_inf;
+      const bool has_upper = upper[i] < options.nlp_upper_bound_inf;
+      PerPlayer& kind = has_lower && has_upper ? (lower[i] == upper[i] ? equal : both)
+                        : has_lower            ? only_lower
+                        : has_upper            ? only_upper
+                                               : free;
       ++total.of(players[i]);
-      const bool has_lower = bounds.has_lower(lower[i]);
-      const bool has_upper = bounds.has_upper(upper[i]);
-      if (has_lower && has_upper && lower[i] == upper[i]) {
-        ++equal.of(players[i]);
-      } else if (has_lower && has_upper) {
-        ++both.of(players[i]);
-      } else if (has_lower) {
-        ++only_lower.of(players[i]);
-      } else if (has_upper) {
-        ++only_upper.of(players[i]);
-      }
+      ++kind.of(players[i]);
     }
   }
 };
@@ -85,29 +75,25 @@ std::string inertia_row(const char* label, const Inertia& found, const Inertia& 
                 expected.positive, expected.negative, expected.zero);
 }
 
-/// Name of a variable of the model, else its number.
-std::string variable_name(const ProblemStructure* structure, Index i) {
-  if (structure != nullptr && i < static_cast<Index>(structure->variable_names.size())) {
-    const std::string& name = structure->variable_names[static_cast<std::size_t>(i)];
-    if (!name.empty()) return name;
-  }
-  return "variable " + std::to_string(i);
+/// Name of a variable or constraint of the model, else its number.
+std::string name_or_number(const char* kind, const std::vector<std::string>& names, Index i) {
+  const bool named = at(i) < names.size() && !names[at(i)].empty();
+  return named ? names[at(i)] : kind + std::to_string(i);
 }
 
-std::string certificate_report(const Certificate& certificate, const ProblemStructure* structure) {
-  const std::string outcome(name_of(certificate.second_order));
-  const std::string kind(name_of(certificate.kind));
-  std::string text = format("Second-order test.......: %s\nReturned point..........: %s\n",
-                            outcome.c_str(), kind.c_str());
+std::string certificate_report(const Certificate& certificate, const ProblemStructure& structure) {
+  std::string text = "Second-order test.......: " + std::string(name_of(certificate.second_order)) +
+                     "\nReturned point..........: " + std::string(name_of(certificate.kind)) + "\n";
   if (certificate.second_order == SecondOrder::NotTested) return text;
   text += "                           found: +      -      0   expected: +      -      0\n";
   text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
   text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
   text += format("Curvature, probed by....: %24.16e\n", certificate.margin);
   if (certificate.least_curvature_variable >= 0) {
-    text +=
-        format("Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
-               variable_name(structure, certificate.least_curvature_variable).c_str());
+    text += format(
+        "Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
+        name_or_number("variable ", structure.variable_names, certificate.least_curvature_variable)
+            .c_str());
   }
   if (certificate.finite_differences) {
     text += format("Second derivatives......: finite differences, error estimate %.1e\n",
@@ -133,18 +119,12 @@ std::string certificate_report(const Certificate& certificate, const ProblemStru
   return text;
 }
 
-/// Which player a wrong inertia belongs to. K_yy right and K wrong: the minimizer.
-std::string wrong_curvature(const Certificate& certificate) {
-  if (certificate.inner != certificate.inner_expected) {
-    return "curvature of the maximizer has the wrong sign";
-  }
-  return "curvature of the minimizer has the wrong sign";
-}
-
 std::string exit_text(const Result& result) {
   if (result.status == Status::NotLocalMinmax) {
-    return "First-order point found, but it is not a local minmax: " +
-           wrong_curvature(result.certificate) + ".";
+    // The player that a wrong inertia belongs to. K_yy right and K wrong: the minimizer.
+    const bool max = result.certificate.inner != result.certificate.inner_expected;
+    return "First-order point found, but it is not a local minmax: curvature of the " +
+           std::string(max ? "maximizer" : "minimizer") + " has the wrong sign.";
   }
   if (result.status == Status::SolvedDegenerate) {
     if (result.certificate.second_order == SecondOrder::Flat) {
@@ -171,37 +151,36 @@ std::string banner() {
 }
 
 std::string problem_statistics(const ProblemStructure& structure, const SolverOptions& options) {
-  const Bounds bounds{options};
   const auto& constraint_players = structure.constraint_players;
   const BoundCounts variables(structure.variable_lower, structure.variable_upper,
-                              structure.variable_players, bounds);
+                              structure.variable_players, options);
   const BoundCounts constraints(structure.constraint_lower, structure.constraint_upper,
-                                constraint_players, bounds);
+                                constraint_players, options);
   PerPlayer equality_nonzeros, inequality_nonzeros, inequalities;
   for (const Triplet& entry : structure.jacobian) {
-    const auto i = static_cast<std::size_t>(entry.row);
+    const auto i = at(entry.row);
     const bool equality = structure.constraint_lower[i] == structure.constraint_upper[i];
     ++(equality ? equality_nonzeros : inequality_nonzeros).of(constraint_players[i]);
   }
   for (const std::size_t p : {0U, 1U}) {
     inequalities.count[p] = constraints.total.count[p] - constraints.equal.count[p];
   }
-  std::string text = "                                                            Min       Max\n";
-  text += row("Number of nonzeros in equality constraint Jacobian...:", equality_nonzeros);
-  text += row("Number of nonzeros in inequality constraint Jacobian.:", inequality_nonzeros);
-  text += format("Number of nonzeros in Lagrangian Hessian.............: %9zu\n\n",
-                 structure.hessian.size());
-  text += row("Total number of variables............................:", variables.total);
-  text += row("                                     fixed variables:", variables.equal);
-  text += row("                     variables with only lower bounds:", variables.only_lower);
-  text += row("                variables with lower and upper bounds:", variables.both);
-  text += row("                     variables with only upper bounds:", variables.only_upper);
-  text += row("Total number of equality constraints.................:", constraints.equal);
-  text += row("Total number of inequality constraints...............:", inequalities);
-  text += row("        inequality constraints with only lower bounds:", constraints.only_lower);
-  text += row("   inequality constraints with lower and upper bounds:", constraints.both);
-  text += row("        inequality constraints with only upper bounds:", constraints.only_upper);
-  return text + "\n";
+  return "                                                            Min       Max\n" +
+         row("Number of nonzeros in equality constraint Jacobian...:", equality_nonzeros) +
+         row("Number of nonzeros in inequality constraint Jacobian.:", inequality_nonzeros) +
+         format("Number of nonzeros in Lagrangian Hessian.............: %9zu\n\n",
+                structure.hessian.size()) +
+         row("Total number of variables............................:", variables.total) +
+         row("                                     fixed variables:", variables.equal) +
+         row("                     variables with only lower bounds:", variables.only_lower) +
+         row("                variables with lower and upper bounds:", variables.both) +
+         row("                     variables with only upper bounds:", variables.only_upper) +
+         row("Total number of equality constraints.................:", constraints.equal) +
+         row("Total number of inequality constraints...............:", inequalities) +
+         row("        inequality constraints with only lower bounds:", constraints.only_lower) +
+         row("   inequality constraints with lower and upper bounds:", constraints.both) +
+         row("        inequality constraints with only upper bounds:", constraints.only_upper) +
+         "\n";
 }
 
 std::string derivative_test(const DerivativeReport& report, const ProblemStructure& structure) {
@@ -252,15 +231,15 @@ std::string ipopt_errors(const Result& result) {
   const KktError& error = result.error;
   const double dual = std::max(error.dual_min, error.dual_max);
   const double overall = std::max({dual, error.primal, error.complementarity});
-  const auto line = [](const char* label, double first, double second) {
-    return format("%s%24.16e  %24.16e\n", label, first, second);
-  };
-  return "                                (unscaled)                (unscaled)\n" +
-         line("Objective...............: ", result.objective, result.objective) +
-         line("Dual infeasibility......: ", dual, dual) +
-         line("Constraint violation....: ", error.primal, error.primal) +
-         line("Complementarity.........: ", error.complementarity, error.complementarity) +
-         line("Overall NLP error.......: ", error.total, overall) + "\n";
+  return format(
+      "                                (unscaled)                (unscaled)\n"
+      "Objective...............: %24.16e  %24.16e\n"
+      "Dual infeasibility......: %24.16e  %24.16e\n"
+      "Constraint violation....: %24.16e  %24.16e\n"
+      "Complementarity.........: %24.16e  %24.16e\n"
+      "Overall NLP error.......: %24.16e  %24.16e\n\n",
+      result.objective, result.objective, dual, dual, error.primal, error.primal,
+      error.complementarity, error.complementarity, error.total, overall);
 }
 
 std::string iteration_row(const IterationInfo& info, bool with_info) {
@@ -357,21 +336,17 @@ std::string multistart_summary(const MultistartResult& result) {
   return text;
 }
 
-std::string place_text(const std::vector<std::pair<std::string, double>>& values) {
-  constexpr std::size_t kMost = 6;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(kMost, values.size()); ++i) {
-    text += (i > 0 ? ", " : "") + values[i].first + format(" = %.6g", values[i].second);
-  }
-  return values.size() > kMost ? text + format(", ... (%zu in all)", values.size()) : text;
-}
+namespace {
 
+/// The variables that say where the worst case of a constraint is: the Max variables that it reads,
+/// of f (beyond the constraints) all; where Max's equations determine these, as dynamics do states,
+/// those that are free instead, as disturbances.
 std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index constraint) {
   const std::size_t n = structure.variable_players.size();
-  const bool is_f = static_cast<std::size_t>(constraint) >= structure.constraint_players.size();
+  const bool is_f = at(constraint) >= structure.constraint_players.size();
   std::vector<bool> reads(n, is_f);
   const auto mark = [&](const std::vector<Index>& variables, bool value) {
-    for (const Index i : variables) reads[static_cast<std::size_t>(i)] = value;
+    for (const Index i : variables) reads[at(i)] = value;
   };
   const RobustScope scope = is_f ? RobustScope() : robust_scope(structure, constraint);
   if (!scope.followers.empty()) {
@@ -390,20 +365,19 @@ std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index
   return found;
 }
 
-namespace {
+}  // namespace
 
 std::string place_of(const RobustWorstCase& found, const ProblemStructure& structure) {
-  std::vector<std::pair<std::string, double>> values;
-  for (const Index variable : worst_case_variables(structure, found.constraint)) {
-    const auto i = static_cast<std::size_t>(variable);
-    const bool named = i < structure.variable_names.size() && !structure.variable_names[i].empty();
-    values.emplace_back(named ? structure.variable_names[i] : "variable " + std::to_string(i),
-                        found.v[i]);
+  constexpr std::size_t kMost = 6;
+  std::string text;
+  std::size_t count = 0;
+  for (const Index i : worst_case_variables(structure, found.constraint)) {
+    if (++count > kMost) continue;
+    text += (count > 1 ? ", " : "") + name_or_number("variable ", structure.variable_names, i) +
+            format(" = %.6g", found.v[at(i)]);
   }
-  return place_text(values);
+  return count > kMost ? text + format(", ... (%zu in all)", count) : text;
 }
-
-}  // namespace
 
 std::string robust_summary(const Result& result, const ProblemStructure& structure) {
   constexpr std::size_t kMostRows = 50;
@@ -414,13 +388,10 @@ std::string robust_summary(const Result& result, const ProblemStructure& structu
   text += format("\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
   for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
     const RobustWorstCase& found = result.worst_cases[k];
-    const auto j = static_cast<std::size_t>(found.constraint);
-    std::string name = "constraint " + std::to_string(found.constraint);
-    if (j >= structure.constraint_players.size()) {
-      name = "f";
-    } else if (j < structure.constraint_names.size() && !structure.constraint_names[j].empty()) {
-      name = structure.constraint_names[j];
-    }
+    const std::string name =
+        at(found.constraint) >= structure.constraint_players.size()
+            ? "f"
+            : name_or_number("constraint ", structure.constraint_names, found.constraint);
     text += format("%-24s %24.16e %16.8e  %s%s\n", name.c_str(), found.value, found.multiplier,
                    place_of(found, structure).c_str(), found.active ? "" : " (inactive)");
   }
@@ -430,22 +401,22 @@ std::string robust_summary(const Result& result, const ProblemStructure& structu
   return text;
 }
 
-std::string summary(const Result& result, const ProblemStructure* structure,
-                    std::optional<Index> iterations) {
+std::string summary(const Result& result, const ProblemStructure& structure, Index iterations) {
   const KktError& error = result.error;
-  std::string text =
-      format("\nNumber of Iterations....: %d\n\n", iterations.value_or(result.iterations));
-  text += format("Objective...............: %24.16e\n", result.objective);
-  text += format("Dual infeasibility, Min.: %24.16e\n", error.dual_min);
-  text += format("Dual infeasibility, Max.: %24.16e\n", error.dual_max);
-  text += format("Constraint violation....: %24.16e\n", error.primal);
-  text += format("Complementarity.........: %24.16e\n", error.complementarity);
-  text += format("Overall scaled error....: %24.16e\n\n", error.total);
+  std::string text = format(
+      "\nNumber of Iterations....: %d\n\n"
+      "Objective...............: %24.16e\n"
+      "Dual infeasibility, Min.: %24.16e\n"
+      "Dual infeasibility, Max.: %24.16e\n"
+      "Constraint violation....: %24.16e\n"
+      "Complementarity.........: %24.16e\n"
+      "Overall scaled error....: %24.16e\n\n",
+      iterations, result.objective, error.dual_min, error.dual_max, error.primal,
+      error.complementarity, error.total);
   text += certificate_report(result.certificate, structure);
   const auto [why, point, over_y, over_x] = statements(result);
-  const bool game =
-      structure != nullptr && std::ranges::find(structure->variable_players, Player::Max) !=
-                                  structure->variable_players.end();
+  const bool game = std::ranges::find(structure.variable_players, Player::Max) !=
+                    structure.variable_players.end();
   if (game) text += "Over all y..............: " + over_y + "\n";
   if (game || result.over_x.asked > 1) text += "Over x..................: " + over_x + "\n";
   return text;
@@ -470,85 +441,78 @@ std::string factorization_causes(const Counts& counts) {
 
 std::string work(const Result& result) {
   const Counts& counts = result.counts;
-  const auto line = [](const char* label, Index count) {
-    return format("%s = %d\n", label, count);
-  };
-  std::string text = "\n";
-  text += line("Number of objective function evaluations             ", counts.objective);
-  text += line("Number of objective gradient evaluations             ", counts.gradient);
-  text += line("Number of constraint evaluations                     ", counts.constraints);
-  text += line("Number of constraint Jacobian evaluations            ", counts.jacobian);
-  text += line("Number of Lagrangian Hessian evaluations             ", counts.hessian);
-  text += line(
-      "Number of factorizations of K                        ",
-      counts.factorizations_full + counts.factorizations_for(FactorizationCause::Restoration).full);
-  text +=
-      line("Number of factorizations of K_yy                     ", counts.factorizations_inner);
+  std::string text = format(
+      "\nNumber of objective function evaluations              = %d\n"
+      "Number of objective gradient evaluations              = %d\n"
+      "Number of constraint evaluations                      = %d\n"
+      "Number of constraint Jacobian evaluations             = %d\n"
+      "Number of Lagrangian Hessian evaluations              = %d\n"
+      "Number of factorizations of K                         = %d\n"
+      "Number of factorizations of K_yy                      = %d\n",
+      counts.objective, counts.gradient, counts.constraints, counts.jacobian, counts.hessian,
+      counts.factorizations_full + counts.factorizations_for(FactorizationCause::Restoration).full,
+      counts.factorizations_inner);
   if (counts.factorizations_complement > 0) {
-    text += line("Number of factorizations of the complement of K_yy   ",
-                 counts.factorizations_complement);
+    text += format("Number of factorizations of the complement of K_yy    = %d\n",
+                   counts.factorizations_complement);
   }
-  text += factorization_causes(counts);
-  text += line("Number of linear systems solved                      ", counts.solves);
-  text += format("Total seconds in Ipminmax (w/o function evaluations)  = %10.3f\n",
-                 std::max(0.0, result.timing.total - result.timing.evaluations));  // of all threads
-  text += format("Total seconds in function evaluations                 = %10.3f\n",
-                 result.timing.evaluations);
-  return text;
+  return text + factorization_causes(counts) +
+         format(
+             "Number of linear systems solved                       = %d\n"
+             "Total seconds in Ipminmax (w/o function evaluations)  = %10.3f\n"
+             "Total seconds in function evaluations                 = %10.3f\n",
+             counts.solves,
+             std::max(0.0, result.timing.total - result.timing.evaluations),  // of all threads
+             result.timing.evaluations);
 }
 
 std::string ipopt_work(const Result& result, const ProblemStructure& structure) {
   const Counts& counts = result.counts;
-  const auto equations = static_cast<std::size_t>(
-      std::ranges::count_if(structure.constraint_players, [&, j = std::size_t{0}](Player) mutable {
-        const bool equation = structure.constraint_lower[j] == structure.constraint_upper[j];
-        ++j;
-        return equation;
-      }));
-  const bool has_equations = equations > 0;
-  const bool has_inequalities = equations < structure.constraint_players.size();
+  bool has_equations = false, has_inequalities = false;
+  for (const auto j : indices(structure.constraint_lower)) {
+    const bool equation = structure.constraint_lower[j] == structure.constraint_upper[j];
+    (equation ? has_equations : has_inequalities) = true;
+  }
   const auto line = [](const char* label, Index count) {
     return format("Number of %-42s = %d\n", label, count);
   };
-  std::string text = "\n";
-  text += line("objective function evaluations", counts.objective);
-  text += line("objective gradient evaluations", counts.gradient);
-  text += line("equality constraint evaluations", has_equations ? counts.constraints : 0);
-  text += line("inequality constraint evaluations", has_inequalities ? counts.constraints : 0);
-  text += line("equality constraint Jacobian evaluations", has_equations ? counts.jacobian : 0);
-  text +=
-      line("inequality constraint Jacobian evaluations", has_inequalities ? counts.jacobian : 0);
-  text += line("Lagrangian Hessian evaluations", counts.hessian);
+  const std::string text =
+      "\n" + line("objective function evaluations", counts.objective) +
+      line("objective gradient evaluations", counts.gradient) +
+      line("equality constraint evaluations", has_equations ? counts.constraints : 0) +
+      line("inequality constraint evaluations", has_inequalities ? counts.constraints : 0) +
+      line("equality constraint Jacobian evaluations", has_equations ? counts.jacobian : 0) +
+      line("inequality constraint Jacobian evaluations", has_inequalities ? counts.jacobian : 0) +
+      line("Lagrangian Hessian evaluations", counts.hessian);
   const double evaluations = result.timing.evaluations;  // of all threads
   const auto seconds = [](const char* label, double value) {
     return format("%-52s = %10.3f\n", label, std::max(0.0, value));
   };
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-  text += seconds("Total seconds in IPOPT", result.timing.total);
-  text += seconds("Total seconds in NLP function evaluations", evaluations);
+  return text + seconds("Total seconds in IPOPT", result.timing.total) +
+         seconds("Total seconds in NLP function evaluations", evaluations);
 #else
-  text += seconds("Total CPU secs in IPOPT (w/o function evaluations)",
-                  result.cpu_seconds - evaluations);
-  text += seconds("Total CPU secs in NLP function evaluations", evaluations);
+  return text +
+         seconds("Total CPU secs in IPOPT (w/o function evaluations)",
+                 result.cpu_seconds - evaluations) +
+         seconds("Total CPU secs in NLP function evaluations", evaluations);
 #endif
-  return text;
 }
 
 std::string timing(const Timing& timing) {
   const double rest = timing.total - timing.evaluations - timing.assembly - timing.analysis -
                       timing.factorization - timing.solves;
-  const auto line = [](const char* label, double seconds) {
-    return format("%s: %10.3f\n", label, seconds);
-  };
-  std::string text = "\nTiming Statistics (wall clock seconds):\n\n";
-  text += line("Total...................", timing.total);
-  text += line(" Function evaluations...", timing.evaluations);
-  text += line(" KKT assembly...........", timing.assembly);
-  text += line(" Symbolic analysis......", timing.analysis);
-  text += line(" Factorization..........", timing.factorization);
-  text += line(" Solves and refinement..", timing.solves);
-  text += line(" Everything else........", rest);
-  return text;
+  return format(
+      "\nTiming Statistics (wall clock seconds):\n\n"
+      "Total...................: %10.3f\n"
+      " Function evaluations...: %10.3f\n"
+      " KKT assembly...........: %10.3f\n"
+      " Symbolic analysis......: %10.3f\n"
+      " Factorization..........: %10.3f\n"
+      " Solves and refinement..: %10.3f\n"
+      " Everything else........: %10.3f\n",
+      timing.total, timing.evaluations, timing.assembly, timing.analysis, timing.factorization,
+      timing.solves, rest);
 }
 
 std::string exit_line(const Result& result) {

@@ -1,10 +1,7 @@
 #pragma once
 
 #include <chrono>
-#include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "../../core/diagnostics/derivative_test.hpp"
 #include "../../core/multistart.hpp"
@@ -17,6 +14,13 @@
 /// @file
 /// The texts of the console log, in Ipopt's layout. Plain ASCII; every text ends with a line end.
 namespace ipminmax::log {
+
+/// As std::printf prints it.
+#if defined(__GNUC__)
+__attribute__((format(printf, 1, 2)))
+#endif
+[[nodiscard]] std::string
+format(const char* pattern, ...);
 
 /// Name, version and licence of the program.
 [[nodiscard]] std::string banner();
@@ -97,23 +101,17 @@ class StartsProgress {
 /// occurred.
 [[nodiscard]] std::string multistart_summary(const MultistartResult& result);
 
-/// "y = 0.5, w = -1", the first few of the values.
-[[nodiscard]] std::string place_text(const std::vector<std::pair<std::string, double>>& values);
+/// "y = 0.5, w = -1": the first few of the Max variables that say where a worst case is.
+[[nodiscard]] std::string place_of(const RobustWorstCase& found, const ProblemStructure& structure);
 
-/// The variables that say where the worst case of a constraint is: the Max variables that it reads,
-/// of f (beyond the constraints) all; where Max's equations determine these, as dynamics do states,
-/// those that are free instead, as disturbances.
-[[nodiscard]] std::vector<Index> worst_case_variables(const ProblemStructure& structure,
-                                                      Index constraint);
-
-/// The worst cases of robust constraints: constraint, its value there, multiplier, the values of
-/// worst_case_variables, and how far the search over y has come.
+/// The worst cases of robust constraints: constraint, its value there, multiplier, place, and how
+/// far the search over y has come.
 [[nodiscard]] std::string robust_summary(const Result& result, const ProblemStructure& structure);
 
-/// Objective and errors at the returned point, then the certificate. structure, which has the
-/// names, may be null. iterations: where not all of the result's are meant.
-[[nodiscard]] std::string summary(const Result& result, const ProblemStructure* structure = nullptr,
-                                  std::optional<Index> iterations = {});
+/// Objective and errors at the returned point, then the certificate. iterations: those that
+/// count.
+[[nodiscard]] std::string summary(const Result& result, const ProblemStructure& structure,
+                                  Index iterations);
 
 /// Numbers of evaluations, factorizations and solves, and the time used.
 [[nodiscard]] std::string work(const Result& result);

@@ -1,12 +1,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <IpOptionsList.hpp>
-#include <IpRegOptions.hpp>
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -17,7 +13,6 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 #include <utility>
 
@@ -36,9 +31,11 @@
 #include "core/answer.hpp"
 #include "core/diagnostics/remarks.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/indices.hpp"
+#include "core/model/norms.hpp"
 #include "core/search/result_arrays.hpp"
 #include "core/solver.hpp"
-#include "core/worst_case.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -47,6 +44,7 @@ using Ipopt::ApplicationReturnStatus;
 using Ipopt::EJournalCategory;
 using Ipopt::EJournalLevel;
 using Ipopt::SmartPtr;
+using enum ApplicationReturnStatus;
 using enum EJournalCategory;
 using enum EJournalLevel;
 
@@ -90,7 +88,7 @@ std::string library_option(LinearSolver solver) {
 /// The library of a solver that is loaded. Ipopt's users have linear_solver ma57 in their files:
 /// where nobody names a library and there is none, it means auto; one that is named has to be
 /// there.
-void choose_solver_library(const Ipopt::OptionsList& list, Settings& settings) {
+void choose_solver_library(const OptionsList& list, Settings& settings) {
   LinearSolver& solver = settings.solver.linear_solver;
   const std::string option = library_option(solver);
   if (option.empty()) return;
@@ -111,7 +109,7 @@ void choose_solver_library(const Ipopt::OptionsList& list, Settings& settings) {
   solver = LinearSolver::Auto;
 }
 
-Settings read_settings(const Ipopt::OptionsList& list) {
+Settings read_settings(const OptionsList& list) {
   const MayBeSet may_be_set(list);
   const auto flag = [&](const char* name) {  // all are off by default
     bool value = false;
@@ -148,44 +146,36 @@ Settings read_settings(const Ipopt::OptionsList& list) {
 /// The iteration table: which rows are printed, and when the header is repeated.
 class IterationRows {
  public:
-  explicit IterationRows(const RowSettings& settings)
-      : every_(settings.every),
-        pause_(settings.pause),
-        with_info_(settings.with_info),
-        as_ipopt_(settings.as_ipopt) {}
+  explicit IterationRows(const RowSettings& settings) : settings_(settings) {}
 
   /// Empty when the iteration is not due. told: iterations of the solve before it, which Ipopt's
   /// log numbers its rows by, restorations included.
   [[nodiscard]] std::string text(const IterationInfo& info, Index told) {
     constexpr Index kRowsPerHeader = 10;
     const auto now = std::chrono::steady_clock::now();
-    if (info.over_y || (info.restoration && !as_ipopt_)) return {};
-    if ((as_ipopt_ ? told : info.iteration) % every_ != 0) return {};
-    if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < pause_) return {};
+    const bool as_ipopt = settings_.as_ipopt;
+    if (info.over_y || (info.restoration && !as_ipopt)) return {};
+    if ((as_ipopt ? told : info.iteration) % settings_.every != 0) return {};
+    if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < settings_.pause)
+      return {};
     last_ = now;
     std::string text;
     if (rows_ % kRowsPerHeader == 0)
       text = (rows_ > 0 ? "\n" : "") +
-             (as_ipopt_ ? log::ipopt_iteration_header() : log::iteration_header());
+             (as_ipopt ? log::ipopt_iteration_header() : log::iteration_header());
     ++rows_;
-    return text + (as_ipopt_ ? log::ipopt_iteration_row(info, told)
-                             : log::iteration_row(info, with_info_));
+    return text + (as_ipopt ? log::ipopt_iteration_row(info, told)
+                            : log::iteration_row(info, settings_.with_info));
   }
 
  private:
-  Index every_ = 1;
-  double pause_ = 0.0;
-  bool with_info_ = false, as_ipopt_ = false;
+  RowSettings settings_;
   Index rows_ = 0;
   std::chrono::steady_clock::time_point last_;
 };
 
 /// The application whose model's intermediate_callback this thread is in.
 thread_local const MinMaxApplication* calling = nullptr;
-
-bool all_finite(const std::vector<double>& values) {
-  return std::ranges::all_of(values, [](double v) { return std::isfinite(v); });
-}
 
 bool is_finite(const Violations& v) {
   return all_finite(v.lower_bound) && all_finite(v.upper_bound) &&
@@ -204,7 +194,7 @@ double system_seconds() {
 /// Largest violation of the variables' own bounds.
 double bound_violation(const ProblemStructure& structure, const std::vector<double>& v) {
   double largest = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  for (const auto i : indices(v)) {
     largest =
         std::max({largest, structure.variable_lower[i] - v[i], v[i] - structure.variable_upper[i]});
   }
@@ -222,8 +212,18 @@ bool stdout_is_terminal(bool over_ranks) {
   return target.starts_with("/dev/pts/") || target.starts_with("/dev/tty");
 }
 
-bool has_min_variable(const ProblemStructure& s) {
-  return std::ranges::find(s.variable_players, Player::Min) != s.variable_players.end();
+bool has_variable_of(Player player, const ProblemStructure& s) {
+  return std::ranges::find(s.variable_players, player) != s.variable_players.end();
+}
+
+/// A model may stop because Ipopt's own methods have nothing to tell it.
+std::string stop_note(Ipopt::TNLP& model, const Result& result) {
+  const bool may_have_asked = IPMINMAX_IPOPT_AT_LEAST(3, 14) && result.status == Status::UserStop &&
+                              result.iterations == 0 &&
+                              dynamic_cast<ObservableTNLP*>(&model) == nullptr;
+  return may_have_asked ? "\nif because get_curr_iterate or get_curr_violations returned false: "
+                          "those of ipminmax::ObservableTNLP answer"
+                        : "";
 }
 
 }  // namespace
@@ -231,8 +231,8 @@ bool has_min_variable(const ProblemStructure& s) {
 struct MinMaxApplication::Implementation {
   MinMaxApplication& application;
   SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist();
-  SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
-  SmartPtr<Ipopt::OptionsList> list = new ExactOptionsList(registry, journalist);
+  SmartPtr<RegisteredOptions> registry = new OptionRegistry();
+  SmartPtr<OptionsList> list = new ExactOptionsList(registry, journalist);
   SmartPtr<Ipopt::TNLP> model;
   std::optional<MinMaxStatistics::Extra> solved;  ///< with result for statistics
   SmartPtr<MinMaxStatistics> statistics;          ///< once asked for
@@ -253,7 +253,6 @@ struct MinMaxApplication::Implementation {
   bool silent = false;  ///< not the rank that prints
   bool solving = false;
   Index told = 0;  ///< iterations of the solve so far, without those of maximizations over y
-  struct Audience;
   /// What intermediate_callback and finalize_solution may ask about, while they run.
   struct Current {
     TnlpProblem& problem;
@@ -271,58 +270,15 @@ struct MinMaxApplication::Implementation {
   UserScaling factors, asked;  ///< of the solve, as told at its first iterate; of what is current
   bool factors_known = false;  ///< whether they are those of the answer
 
-  /// Calls a method of the model, which may ask about what is current.
-  template <class Call>
-  decltype(auto) let_ask(Current about, Call&& call);
-  /// The factors of what is current; null where they are not known.
-  [[nodiscard]] const UserScaling* current_factors();
   [[nodiscard]] bool may_ask(bool scaled) {
     return current && !current->at().v.empty() && (!scaled || current_factors() != nullptr);
   }
 
   double system_seconds_before = 0.0;
 
-  Implementation(MinMaxApplication& owner, bool create_console_out);
-
-  [[nodiscard]] ApplicationReturnStatus initialize(std::istream& options, const std::string& source,
-                                                   bool allow_clobber);
-  [[nodiscard]] ApplicationReturnStatus initialize_from_file(const std::string& name,
-                                                             bool allow_clobber, bool must_exist);
-  [[nodiscard]] ApplicationReturnStatus refuse_option(std::string error);
-  [[nodiscard]] ApplicationReturnStatus set_up_output();
-  [[nodiscard]] bool open_output_file(const std::string& file_name, EJournalLevel level,
-                                      bool append);
-  /// keep: the work of the last solve.
-  [[nodiscard]] ApplicationReturnStatus optimize(const SmartPtr<Ipopt::TNLP>& of, bool keep,
-                                                 bool by_all_ranks = false);
-  [[nodiscard]] ApplicationReturnStatus optimize();
-  [[nodiscard]] ApplicationReturnStatus run();
-  [[nodiscard]] bool call_back(TnlpProblem& problem, const SolverOptions& options,
-                               const IterationInfo& info);
-  [[nodiscard]] ApplicationReturnStatus solve(TnlpProblem& problem, const SolverOptions& options);
-  [[nodiscard]] Result solve_for_points(TnlpProblem& problem, const SolverOptions& options);
-  void show_progress(log::StartsProgress& progress, bool on_terminal) const;
-  [[nodiscard]] bool prints_to_terminal() const;
-  void write_points(Answer& found);
-  [[nodiscard]] ApplicationReturnStatus join_ranks();
-  [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
-  [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem, const SolverOptions& options);
-  void remark_on_split(const ProblemStructure& structure, const SolverOptions& options);
-  void print_linear_solver();
   [[nodiscard]] std::string exit_line() {
     return current_settings().rows.as_ipopt ? log::ipopt_exit_line(result) : log::exit_line(result);
   }
-  [[nodiscard]] ApplicationReturnStatus report_exception();
-
-  [[nodiscard]] const Settings& current_settings();
-  [[nodiscard]] std::string string_option(const char* name) const;
-  [[nodiscard]] bool flag(const char* name) const;
-  [[nodiscard]] EJournalLevel level_option(const char* name) const;
-  void set_console_level(EJournalLevel level);
-  void print_banner();
-  void print_user_options();
-  void print_options_documentation();
-  void print_ignored_options();
   void print(EJournalLevel level, EJournalCategory category, const std::string& text) const {
     if (!silent) journalist->Printf(level, category, "%s", text.c_str());
   }
@@ -334,541 +290,503 @@ struct MinMaxApplication::Implementation {
   void print_made(EJournalLevel level, EJournalCategory category, Make&& make) const {
     if (is_printed(level, category)) print(level, category, make());
   }
-};
 
-MinMaxApplication::Implementation::Implementation(MinMaxApplication& owner, bool create_console_out)
-    : application(owner) {
-  if (create_console_out) {
-    journalist->AddFileJournal("console", "stdout", J_ITERSUMMARY);
+  Implementation(MinMaxApplication& owner, bool create_console_out) : application(owner) {
+    if (create_console_out) {
+      journalist->AddFileJournal("console", "stdout", J_ITERSUMMARY);
+      set_console_level(level_option("print_level"));
+    }
+  }
+
+  // --- Options and output
+  // ---------------------------------------------------------------------------
+
+  [[nodiscard]] std::string string_option(const char* name) const {
+    std::string value;
+    list->GetStringValue(name, value, "");
+    return value;
+  }
+
+  [[nodiscard]] bool flag(const char* name) const {
+    bool value = false;
+    list->GetBoolValue(name, value, "");
+    return value;
+  }
+
+  [[nodiscard]] EJournalLevel level_option(const char* name) const {
+    Index value = 0;
+    list->GetIntegerValue(name, value, "");
+    return static_cast<EJournalLevel>(value);
+  }
+
+  [[nodiscard]] const Settings& current_settings() {
+    // Another class of list does not tell when it changes.
+    const auto* counting = dynamic_cast<const ExactOptionsList*>(GetRawPtr(list));
+    if (!settings || counting == nullptr || settings_read_at != counting->changes()) {
+      settings = read_settings(*list);
+      settings_read_at = counting != nullptr ? counting->changes() : 0;
+    }
+    return *settings;
+  }
+
+  void set_console_level(EJournalLevel level) {
+    const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
+    if (IsNull(console)) return;
+    console->SetAllPrintLevels(level);
+    console->SetPrintLevel(J_DBG, J_NONE);
+  }
+
+  [[nodiscard]] bool open_output_file(const std::string& file_name, EJournalLevel level,
+                                      bool append) {
+    const std::string journal_name = "OutputFile:" + file_name;
+    SmartPtr<Ipopt::Journal> journal = journalist->GetJournal(journal_name);
+    if (IsNull(journal)) {
+      const SmartPtr<OutputFile> file = new OutputFile(journal_name, level);
+      journal = GetRawPtr(file);
+      if (!file->open(file_name, append).empty() || !journalist->AddJournal(journal)) return false;
+    }
+    journal->SetAllPrintLevels(level);
+    journal->SetPrintLevel(J_DBG, J_NONE);
+    return true;
+  }
+
+  [[nodiscard]] ApplicationReturnStatus set_up_output() {
     set_console_level(level_option("print_level"));
-  }
-}
-
-// --- Options and output
-// ---------------------------------------------------------------------------
-
-std::string MinMaxApplication::Implementation::string_option(const char* name) const {
-  std::string value;
-  list->GetStringValue(name, value, "");
-  return value;
-}
-
-bool MinMaxApplication::Implementation::flag(const char* name) const {
-  bool value = false;
-  list->GetBoolValue(name, value, "");
-  return value;
-}
-
-EJournalLevel MinMaxApplication::Implementation::level_option(const char* name) const {
-  Index value = 0;
-  list->GetIntegerValue(name, value, "");
-  return static_cast<EJournalLevel>(value);
-}
-
-const Settings& MinMaxApplication::Implementation::current_settings() {
-  // Another class of list does not tell when it changes.
-  const auto* counting = dynamic_cast<const ExactOptionsList*>(Ipopt::GetRawPtr(list));
-  if (!settings || counting == nullptr || settings_read_at != counting->changes()) {
-    settings = read_settings(*list);
-    settings_read_at = counting != nullptr ? counting->changes() : 0;
-  }
-  return *settings;
-}
-
-void MinMaxApplication::Implementation::set_console_level(EJournalLevel level) {
-  const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
-  if (Ipopt::IsNull(console)) return;
-  console->SetAllPrintLevels(level);
-  console->SetPrintLevel(J_DBG, J_NONE);
-}
-
-bool MinMaxApplication::Implementation::open_output_file(const std::string& file_name,
-                                                         EJournalLevel level, bool append) {
-  const std::string journal_name = "OutputFile:" + file_name;
-  SmartPtr<Ipopt::Journal> journal = journalist->GetJournal(journal_name);
-  if (Ipopt::IsNull(journal)) {
-    const SmartPtr<OutputFile> file = new OutputFile(journal_name, level);
-    journal = Ipopt::GetRawPtr(file);
-    if (!file->open(file_name, append).empty() || !journalist->AddJournal(journal)) return false;
-  }
-  journal->SetAllPrintLevels(level);
-  journal->SetPrintLevel(J_DBG, J_NONE);
-  return true;
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
-  set_console_level(level_option("print_level"));
-  const std::string file_name = string_option("output_file");
-  if (file_name.empty()) return Ipopt::Solve_Succeeded;
-  Index unused = 0;
-  const bool own_level = list->GetIntegerValue("file_print_level", unused, "");
-  if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"),
-                       flag("file_append"))) {
-    return Ipopt::Solve_Succeeded;
-  }
-  result = {};
-  result.status = Status::InvalidOption;
-  result.message = "Error opening output file \"" + file_name + "\"";
-  print(J_ERROR, J_INITIALIZATION, result.message + "\n");
-  return Ipopt::Invalid_Option;
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::refuse_option(std::string error) {
-  print(J_ERROR, J_INITIALIZATION, "Invalid option: " + error + "\n");
-  result = {};
-  result.status = Status::InvalidOption;
-  result.message = std::move(error);
-  return Ipopt::Invalid_Option;
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::initialize_from_file(
-    const std::string& name, bool allow_clobber, bool must_exist) {
-  std::ifstream file;
-  try {
-    if (name.empty()) return initialize(file, name, allow_clobber);
-    file.open(name);
-    std::error_code unknown;
-    if (!file.is_open() && (must_exist || std::filesystem::exists(name, unknown))) {
-      return refuse_option("the options file \"" + name + "\" cannot be opened");
+    const std::string file_name = string_option("output_file");
+    if (file_name.empty()) return Solve_Succeeded;
+    Index unused = 0;
+    const bool own_level = list->GetIntegerValue("file_print_level", unused, "");
+    if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"),
+                         flag("file_append"))) {
+      return Solve_Succeeded;
     }
-  } catch (...) {
-    return report_exception();
+    return refuse_option("Error opening output file \"" + file_name + "\"", "");
   }
-  return initialize(file, name, allow_clobber);
-}
 
-ApplicationReturnStatus MinMaxApplication::Implementation::initialize(std::istream& options,
-                                                                      const std::string& source,
-                                                                      bool allow_clobber) {
-  try {
-    std::string error = read_options(options, source, *registry, *list, allow_clobber);
-    if (error.empty()) {
-      SolverOptions unused;
-      error = solver_options(*list, unused);
-    }
-    if (!error.empty()) return refuse_option(std::move(error));
-    const ApplicationReturnStatus status = set_up_output();
-    if (status == Ipopt::Solve_Succeeded) print_options_documentation();
-    return status;
-  } catch (...) {
-    return report_exception();
-  }
-}
-
-void MinMaxApplication::Implementation::print_banner() {
-  print(J_SUMMARY, J_MAIN, log::banner());
-  banner_printed = true;
-}
-
-void MinMaxApplication::Implementation::print_user_options() {
-  print(J_ERROR, J_MAIN, "\nList of user-set options:\n\n" + user_options_text(*list) + "\n");
-}
-
-void MinMaxApplication::Implementation::print_options_documentation() {
-  if (documentation_printed || !flag("print_options_documentation")) return;
-  print(J_SUMMARY, J_MAIN, "\n# List of options\n");
-  std::istringstream lines(options_text());  // line by line: journals of Ipopt may have a buffer
-  for (std::string line; std::getline(lines, line);) {
-    print(J_SUMMARY, J_MAIN, line + "\n");
-  }
-  documentation_printed = true;
-}
-
-void MinMaxApplication::Implementation::print_ignored_options() {
-  for (const std::string& message : current_settings().ignored) {
-    if (!ignored_options.insert(message).second) continue;
-    print(J_STRONGWARNING, J_MAIN, "Option " + message + ".\n");
-  }
-}
-
-// --- Solve
-// ----------------------------------------------------------------------------------------
-
-/// To be called while an exception is handled: says what it is and returns Ipopt's status, or
-/// passes it on.
-ApplicationReturnStatus MinMaxApplication::Implementation::report_exception() {
-  result.status = Status::InternalError;
-  try {
-    throw;
-  } catch (const Ipopt::IpoptException& error) {
-    result.message = error.Message();
-    error.ReportException(*journalist);
-    print(J_SUMMARY, J_MAIN, "\nEXIT: Some uncaught Ipopt exception encountered.\n");
-    return Ipopt::Unrecoverable_Exception;
-  } catch (const std::bad_alloc&) {
-    return stop(Status::OutOfMemory, "out of memory");
-  } catch (...) {
-    if (rethrow) {
-      journalist->FlushBuffer();
-      throw;
-    }
-    result.message = "unknown exception";
-    try {
-      throw;
-    } catch (const std::exception& error) {
-      result.message = error.what();
-    } catch (...) {  // keeps the message above
-    }
-    print(J_ERROR, J_MAIN, "Exception of the model: " + result.message + "\n");
-    print(J_SUMMARY, J_MAIN, "\nEXIT: Exception thrown by the model.\n");
-    return Ipopt::NonIpopt_Exception_Thrown;
-  }
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::stop(Status status,
-                                                                std::string message) {
-  result.status = status;
-  result.message = std::move(message);
-  print(J_ERROR, J_MAIN, exit_line());
-  return application_status(status);
-}
-
-template <class Call>
-decltype(auto) MinMaxApplication::Implementation::let_ask(Current about, Call&& call) {
-  struct Reset {
-    std::optional<Current>& current;
-    const MinMaxApplication* caller;
-    ~Reset() {
-      current.reset();
-      calling = caller;
-    }
-  } const reset{current, calling};
-  calling = &application;
-  current.emplace(std::move(about));
-  return call();
-}
-
-const UserScaling* MinMaxApplication::Implementation::current_factors() {
-  if (current->info != nullptr) {
-    if (!current->info->scaling) return nullptr;
-    current->info->scaling(asked);
-  } else if (!factors_known) {
-    return nullptr;
-  } else {
-    asked = factors;
-  }
-  const ProblemStructure& structure = current->problem.structure();
-  const bool fits = asked.variables.size() == structure.variable_players.size() &&
-                    asked.constraints.size() == structure.constraint_players.size();
-  return fits ? &asked : nullptr;  // robust constraints make another problem
-}
-
-bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
-                                                  const SolverOptions& options,
-                                                  const IterationInfo& info) {
-  if (info.over_y) return problem.report(info);  // not about the point of the solve
-  return let_ask({.problem = problem, .options = options, .info = &info},
-                 [&] { return problem.report(info); });
-}
-
-/// Prints what a solve tells, and passes it on to the model.
-struct MinMaxApplication::Implementation::Audience {
-  Implementation& owner;
-  TnlpProblem& problem;
-  const SolverOptions& options;
-  IterationRows rows{owner.current_settings().rows};
-
-  /// As long as this lives. One reference is all that it holds: no more fits into a std::function
-  /// without an allocation.
-  [[nodiscard]] SolveObserver observer() {
-    return {.on_iteration = [this](const IterationInfo& info) { return tell(info); },
-            .message =
-                [this](std::string_view text) {
-                  owner.print(J_WARNING, J_MAIN, std::string(text) + "\n");
-                }};
-  }
-  [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = J_ITERSUMMARY) {
-    owner.print_made(level, J_MAIN, [&] { return rows.text(info, owner.told); });
-    if (!info.over_y) ++owner.told;
-    if (info.iteration == 0 && !info.restoration && !info.over_y && info.scaling) {
-      info.scaling(owner.factors);
-      owner.factors_known = true;
-    }
-    return owner.call_back(problem, options, info);
-  }
-};
-
-/// From many starts, or with a file for the points that were found.
-Result MinMaxApplication::Implementation::solve_for_points(TnlpProblem& problem,
-                                                           const SolverOptions& options) {
-  const bool many = options.minmax_starts > 1 || over_ranks;
-  const EJournalLevel level = many ? J_DETAILED : J_ITERSUMMARY;
-  Audience audience{*this, problem, options};
-  MultistartObserver observer;
-  observer.on_iteration = [&](Index, const IterationInfo& info) {
-    if (many && info.iteration == 0) audience.rows = IterationRows(current_settings().rows);
-    return audience.tell(info, level);
-  };
-  const bool as_ipopt = flag("print_ipopt_log");  // whose log has no such tables
-  // One line that is refreshed on a terminal, else one line per start.
-  const bool on_terminal = prints_to_terminal();
-  log::StartsProgress progress(options.minmax_starts, !has_min_variable(problem.structure()));
-  observer.on_result = [&, rows = on_terminal ? J_DETAILED : J_ITERSUMMARY](Index start,
-                                                                            const Result& found) {
-    if (as_ipopt || !many) return;
-    if (start == 0) print(rows, J_MAIN, log::start_header());
-    print(rows, J_MAIN, log::start_row(start, found));
-    progress.add(found);
-    show_progress(progress, on_terminal);
-  };
-  observer.message = [this](Index, std::string_view text) {
-    print(J_WARNING, J_MAIN, std::string(text) + "\n");
-  };
-  Answer found = over_ranks ? multistart_over_ranks(
-                                  [&] { return std::make_unique<ForwardingProblem>(problem); }, 1,
-                                  options, observer)
-                            : ipminmax::run(problem, options, observer);
-  write_points(found);
-  if (many && has_iterate(found.best.status) && !as_ipopt) {
-    print(J_SUMMARY, J_SOLUTION, log::multistart_summary(found));
-  }
-  points = std::move(found.points);
-  return std::move(found.best);
-}
-
-bool MinMaxApplication::Implementation::prints_to_terminal() const {
-  const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
-  return !silent && Ipopt::IsValid(console) && console->IsAccepted(J_MAIN, J_ITERSUMMARY) &&
-         stdout_is_terminal(over_ranks);
-}
-
-void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progress,
-                                                      bool on_terminal) const {
-  constexpr double kRefresh = 0.1;  // seconds
-  constexpr double kPlainLines = 10.0;
-  if (!progress.due(on_terminal ? kRefresh : kPlainLines) &&
-      !(on_terminal && progress.complete())) {
-    return;
-  }
-  if (!on_terminal) {
-    print(J_ITERSUMMARY, J_MAIN, progress.line() + "\n");
-    return;
-  }
-  journalist->FlushBuffer();
-  std::printf("\r%-79s%s", progress.line().c_str(), progress.complete() ? "\n" : "");
-  std::fflush(stdout);
-}
-
-void MinMaxApplication::Implementation::write_points(Answer& found) {
-  const std::string& name = current_settings().points_file;
-  if (name.empty() || silent) return;
-  OutputFile file(name, J_ITERSUMMARY);
-  std::string error = file.open(name, false);
-  file.Print(J_MAIN, J_ITERSUMMARY, points_as_csv(found).c_str());
-  if (error.empty()) error = file.close();
-  if (error.empty()) return;
-  error.insert(0, kPointsNotWritten);
-  found.best.message += "; " + error;  // also where nothing is printed
-  print(J_ERROR, J_MAIN, "E" + error.substr(1) + "\n");
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
-  try {
-    silent = join_ranks_for_starts().rank > 0;
-    return Ipopt::Solve_Succeeded;
-  } catch (const SolverUnavailable& error) {
+  [[nodiscard]] ApplicationReturnStatus refuse_option(std::string error,
+                                                      const char* heading = "Invalid option: ") {
+    print(J_ERROR, J_INITIALIZATION, heading + error + "\n");
     result = {};
-    return stop(Status::InvalidOption, error.what());
+    result.status = Status::InvalidOption;
+    result.message = std::move(error);
+    return Invalid_Option;
   }
-}
 
-/// A model that is solved again, step by step, is not looked at again unless it is printed.
-void MinMaxApplication::Implementation::remark_on_split(const ProblemStructure& structure,
-                                                        const SolverOptions& options) {
-  const bool printed = is_printed(J_WARNING, J_MAIN);
-  if (!printed && model_is_known) return;
-  warnings.clear();
-  const bool any_max = std::ranges::find(structure.variable_players, Player::Max) !=
-                       structure.variable_players.end();
-  const bool distributes = dynamic_cast<const MinMaxTNLP*>(Ipopt::GetRawPtr(model)) != nullptr &&
-                           dynamic_cast<const OptionalPlayers*>(Ipopt::GetRawPtr(model)) == nullptr;
-  if (!any_max && !distributes) {  // an ordinary model
-    print(J_WARNING, J_MAIN,
-          std::string("Note: no Max variable: a ") +
-              (options.obj_scaling_factor < 0.0 ? "maximization" : "minimization") + ".\n\n");
-    return;
-  }
-  const auto warn = [&](const std::string& text) {
-    print(J_WARNING, J_MAIN, "Warning: " + text + "\n\n");
-  };
-  if (const auto text = one_player_remark(structure); !text.empty()) warn(text);
-  warnings = split_remarks(structure);
-  std::ranges::for_each(warnings, warn);
-}
-
-/// Not where the solver that was asked for is not built in: programs find out so whether it is.
-void MinMaxApplication::Implementation::print_linear_solver() {
-  const std::string name = string_option("linear_solver");
-  if (name != "auto" && current_settings().solver.linear_solver == LinearSolver::Auto) return;
-  print(J_ITERSUMMARY, J_MAIN, log::ipopt_solver_line(name));
-}
-
-/// A model may stop because Ipopt's own methods have nothing to tell it.
-std::string stop_note(Ipopt::TNLP& model, const Result& result) {
-  const bool may_have_asked = IPMINMAX_IPOPT_AT_LEAST(3, 14) && result.status == Status::UserStop &&
-                              result.iterations == 0 &&
-                              dynamic_cast<ObservableTNLP*>(&model) == nullptr;
-  return may_have_asked ? "\nif because get_curr_iterate or get_curr_violations returned false: "
-                          "those of ipminmax::ObservableTNLP answer"
-                        : "";
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem,
-                                                                  const SolverOptions& options) {
-  result.message += stop_note(*model, result);
-  for (const std::string& text : warnings) {  // where there is no console, too
-    if (result.message.find(text) == std::string::npos) result.message += "\n" + text;
-  }
-  if (!has_iterate(result.status)) {
-    print(J_ERROR, J_MAIN, exit_line());
-    return application_status(result.status);
-  }
-  const auto printed = [&](EJournalCategory category, auto&& make) {
-    print_made(J_SUMMARY, category, make);
-  };
-  if (!result.worst_cases.empty()) {
-    printed(J_SOLUTION, [&] { return log::robust_summary(result, problem.structure()); });
-  }
-  printed(J_SOLUTION, [&] {
-    const bool as_ipopt = current_settings().rows.as_ipopt;
-    return log::summary(result, &problem.structure(), as_ipopt ? told - 1 : result.iterations);
-  });
-  if (is_printed(J_SUMMARY, J_SOLUTION)) {
-    if (const std::string text = coupled_remark(problem.structure()); !text.empty())
-      print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
-  }
-  if (current_settings().rows.as_ipopt)
-    printed(J_SOLUTION, [&] { return log::ipopt_errors(result); });
-  printed(J_STATISTICS, [&] {
-    return current_settings().rows.as_ipopt ? log::ipopt_work(result, problem.structure())
-                                            : log::work(result);
-  });
-  if (current_settings().time_stages) {
-    printed(J_TIMING_STATISTICS, [&] { return log::timing(result.timing); });
-  }
-  printed(J_MAIN, [&] { return exit_line(); });
-  solved = {.bound_violation = bound_violation(problem.structure(), result.v),
-            .system_seconds = system_seconds() - system_seconds_before};
-  if (problem.started()) {
-    let_ask({.problem = problem, .options = options, .answer = &result},
-            [&] { problem.finalize(solver_return(result.status), result); });
-  }
-  return application_status(result.status);
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::run() {
-  if (!banner_printed && !current_settings().without_banner) print_banner();
-  if (!current_settings().error.empty()) {
-    return stop(Status::InvalidOption, current_settings().error);
-  }
-  // A copy: the model may change options while it is called.
-  const SolverOptions options = current_settings().solver;
-  if (current_settings().list_options) print_user_options();
-  if (current_settings().document_options) print_options_documentation();
-  print_ignored_options();
-  if (Ipopt::IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
-
-  // Taken out, so that an exception leaves nothing half made.
-  std::unique_ptr<TnlpProblem> own = std::move(last_problem);
-  const PlayerOptions& players = current_settings().players;
-  model_is_known = own && own->is_of(model, players, options.hessian_approximation);
-  if (!model_is_known) {
-    if (auto error = ipopt_library_error(*model); !error.empty()) {
-      return stop(Status::InvalidProblem, std::move(error));
-    }
-    own = std::make_unique<TnlpProblem>(model, players, options.hessian_approximation);
-  }
-  try {
-    if (auto error = own->load(); !error.empty()) {
-      const ApplicationReturnStatus status = stop(Status::InvalidProblem, std::move(error));
-      return own->has_no_jacobian() ? Ipopt::Unrecoverable_Exception : status;  // as in Ipopt
-    }
-  } catch (const Ipopt::OPTION_INVALID& error) {
-    return stop(Status::InvalidOption, error.Message());
-  }
-  const ApplicationReturnStatus status = solve(*own, options);
-  last_problem = std::move(own);
-  return status;
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& problem,
-                                                                 const SolverOptions& options) {
-  if (current_settings().rows.as_ipopt) print_linear_solver();
-  print_made(J_WARNING, J_STATISTICS,
-             [&] { return log::problem_statistics(problem.structure(), options); });
-  remark_on_split(problem.structure(), options);
-  try {
-    if (options.derivative_test != DerivativeTest::None) {
-      print(J_SUMMARY, J_NLP,
-            log::derivative_test(test_derivatives(problem, options), problem.structure()));
-    }
-    if (options.minmax_starts > 1 || over_ranks || !current_settings().points_file.empty()) {
-      result = solve_for_points(problem, options);
-    } else {
-      Audience audience{*this, problem, options};
-      room.give_to(result);
-      solver.solve(problem, options, audience.observer(), result);
-    }
-    if (!model_is_known) check_first_derivatives(problem, options, result);
-    if (result.over_y.functions > 0 || result.over_x.made > 1) factors_known = false;
-  } catch (...) {
-    const ApplicationReturnStatus status = report_exception();
-    if (problem.started()) {
-      problem.finalize(
-          status == Ipopt::Insufficient_Memory ? Ipopt::OUT_OF_MEMORY : Ipopt::INTERNAL_ERROR,
-          result);
-    }
-    return status;
-  }
-  return finish(problem, options);
-}
-
-ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
-  room.take_from(result);
-  points.clear();
-  factors_known = false;
-  told = 0;
-  solved.reset();
-  statistics = nullptr;
-  system_seconds_before = system_seconds();
-  ApplicationReturnStatus status = Ipopt::Internal_Error;
-  try {
+  [[nodiscard]] ApplicationReturnStatus initialize_from_file(const std::string& name,
+                                                             bool allow_clobber, bool must_exist) {
     try {
-      set_console_level(current_settings().print_level);
-      status = run();
+      std::ifstream file;
+      if (!name.empty()) file.open(name);
+      std::error_code unknown;
+      if (!name.empty() && !file.is_open() &&
+          (must_exist || std::filesystem::exists(name, unknown))) {
+        return refuse_option("the options file \"" + name + "\" cannot be opened");
+      }
+      return initialize(file, name, allow_clobber);
     } catch (...) {
-      status = report_exception();
+      return report_exception();
+    }
+  }
+
+  [[nodiscard]] ApplicationReturnStatus initialize(std::istream& options, const std::string& source,
+                                                   bool allow_clobber) {
+    try {
+      std::string error = read_options(options, source, *registry, *list, allow_clobber);
+      if (error.empty()) {
+        SolverOptions unused;
+        error = solver_options(*list, unused);
+      }
+      if (!error.empty()) return refuse_option(std::move(error));
+      const ApplicationReturnStatus status = set_up_output();
+      if (status == Solve_Succeeded) print_options_documentation();
+      return status;
+    } catch (...) {
+      return report_exception();
+    }
+  }
+
+  void print_banner() {
+    print(J_SUMMARY, J_MAIN, log::banner());
+    banner_printed = true;
+  }
+
+  void print_options_documentation() {
+    if (documentation_printed || !flag("print_options_documentation")) return;
+    print(J_SUMMARY, J_MAIN, "\n# List of options\n");
+    std::istringstream lines(options_text());  // line by line: journals of Ipopt may have a buffer
+    for (std::string line; std::getline(lines, line);) {
+      print(J_SUMMARY, J_MAIN, line + "\n");
+    }
+    documentation_printed = true;
+  }
+
+  void print_ignored_options() {
+    for (const std::string& message : current_settings().ignored) {
+      if (!ignored_options.insert(message).second) continue;
+      print(J_STRONGWARNING, J_MAIN, "Option " + message + ".\n");
+    }
+  }
+
+  // --- Solve
+  // ----------------------------------------------------------------------------------------
+
+  /// To be called while an exception is handled: says what it is and returns Ipopt's status, or
+  /// passes it on.
+  [[nodiscard]] ApplicationReturnStatus report_exception() {
+    result.status = Status::InternalError;
+    try {
+      throw;
+    } catch (const Ipopt::IpoptException& error) {
+      result.message = error.Message();
+      error.ReportException(*journalist);
+      print(J_SUMMARY, J_MAIN, "\nEXIT: Some uncaught Ipopt exception encountered.\n");
+      return Unrecoverable_Exception;
+    } catch (const std::bad_alloc&) {
+      return stop(Status::OutOfMemory, "out of memory");
+    } catch (...) {
+      if (rethrow) {
+        journalist->FlushBuffer();
+        throw;
+      }
+      result.message = "unknown exception";
+      try {
+        throw;
+      } catch (const std::exception& error) {
+        result.message = error.what();
+      } catch (...) {  // keeps the message above
+      }
+      print(J_ERROR, J_MAIN, "Exception of the model: " + result.message + "\n");
+      print(J_SUMMARY, J_MAIN, "\nEXIT: Exception thrown by the model.\n");
+      return NonIpopt_Exception_Thrown;
+    }
+  }
+
+  [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message) {
+    result.status = status;
+    result.message = std::move(message);
+    print(J_ERROR, J_MAIN, exit_line());
+    return application_status(status);
+  }
+
+  /// Calls a method of the model, which may ask about what is current.
+  template <class Call>
+  decltype(auto) let_ask(Current about, Call&& call) {
+    struct Reset {
+      std::optional<Current>& current;
+      const MinMaxApplication* caller;
+      ~Reset() {
+        current.reset();
+        calling = caller;
+      }
+    } const reset{current, calling};
+    calling = &application;
+    current.emplace(std::move(about));
+    return call();
+  }
+
+  /// The factors of what is current; null where they are not known.
+  [[nodiscard]] const UserScaling* current_factors() {
+    if (current->info != nullptr) {
+      if (!current->info->scaling) return nullptr;
+      current->info->scaling(asked);
+    } else if (!factors_known) {
+      return nullptr;
+    } else {
+      asked = factors;
+    }
+    const ProblemStructure& structure = current->problem.structure();
+    const bool fits = asked.variables.size() == structure.variable_players.size() &&
+                      asked.constraints.size() == structure.constraint_players.size();
+    return fits ? &asked : nullptr;  // robust constraints make another problem
+  }
+
+  /// Prints what a solve tells, and passes it on to the model.
+  struct Audience {
+    Implementation& owner;
+    TnlpProblem& problem;
+    const SolverOptions& options;
+    IterationRows rows{owner.current_settings().rows};
+
+    /// As long as this lives. One reference is all that it holds: no more fits into a std::function
+    /// without an allocation.
+    [[nodiscard]] SolveObserver observer() {
+      return {.on_iteration = [this](const IterationInfo& info) { return tell(info); },
+              .message =
+                  [this](std::string_view text) {
+                    owner.print(J_WARNING, J_MAIN, std::string(text) + "\n");
+                  }};
+    }
+    [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = J_ITERSUMMARY) {
+      owner.print_made(level, J_MAIN, [&] { return rows.text(info, owner.told); });
+      if (!info.over_y) ++owner.told;
+      if (info.iteration == 0 && !info.restoration && !info.over_y && info.scaling) {
+        info.scaling(owner.factors);
+        owner.factors_known = true;
+      }
+      if (info.over_y) return problem.report(info);  // not about the point of the solve
+      return owner.let_ask({.problem = problem, .options = options, .info = &info},
+                           [&] { return problem.report(info); });
+    }
+  };
+
+  /// From many starts, or with a file for the points that were found.
+  [[nodiscard]] Result solve_for_points(TnlpProblem& problem, const SolverOptions& options) {
+    const bool many = options.minmax_starts > 1 || over_ranks;
+    const EJournalLevel level = many ? J_DETAILED : J_ITERSUMMARY;
+    Audience audience{*this, problem, options};
+    MultistartObserver observer;
+    observer.on_iteration = [&](Index, const IterationInfo& info) {
+      if (many && info.iteration == 0) audience.rows = IterationRows(current_settings().rows);
+      return audience.tell(info, level);
+    };
+    const bool as_ipopt = flag("print_ipopt_log");  // whose log has no such tables
+    // One line that is refreshed on a terminal, else one line per start.
+    const bool on_terminal = prints_to_terminal();
+    log::StartsProgress progress(options.minmax_starts,
+                                 !has_variable_of(Player::Min, problem.structure()));
+    observer.on_result = [&, rows = on_terminal ? J_DETAILED : J_ITERSUMMARY](Index start,
+                                                                              const Result& found) {
+      if (as_ipopt || !many) return;
+      if (start == 0) print(rows, J_MAIN, log::start_header());
+      print(rows, J_MAIN, log::start_row(start, found));
+      progress.add(found);
+      show_progress(progress, on_terminal);
+    };
+    observer.message = [this](Index, std::string_view text) {
+      print(J_WARNING, J_MAIN, std::string(text) + "\n");
+    };
+    Answer found = over_ranks ? multistart_over_ranks(
+                                    [&] { return std::make_unique<ForwardingProblem>(problem); }, 1,
+                                    options, observer)
+                              : ipminmax::run(problem, options, observer);
+    write_points(found);
+    if (many && has_iterate(found.best.status) && !as_ipopt) {
+      print(J_SUMMARY, J_SOLUTION, log::multistart_summary(found));
+    }
+    points = std::move(found.points);
+    return std::move(found.best);
+  }
+
+  [[nodiscard]] bool prints_to_terminal() const {
+    const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
+    return !silent && IsValid(console) && console->IsAccepted(J_MAIN, J_ITERSUMMARY) &&
+           stdout_is_terminal(over_ranks);
+  }
+
+  void show_progress(log::StartsProgress& progress, bool on_terminal) const {
+    constexpr double kRefresh = 0.1;  // seconds
+    constexpr double kPlainLines = 10.0;
+    if (!progress.due(on_terminal ? kRefresh : kPlainLines) &&
+        !(on_terminal && progress.complete())) {
+      return;
+    }
+    if (!on_terminal) {
+      print(J_ITERSUMMARY, J_MAIN, progress.line() + "\n");
+      return;
     }
     journalist->FlushBuffer();
-  } catch (const std::bad_alloc&) {  // not even for the report
-    result.status = Status::OutOfMemory;
-    status = Ipopt::Insufficient_Memory;
+    std::printf("\r%-79s%s", progress.line().c_str(), progress.complete() ? "\n" : "");
+    std::fflush(stdout);
   }
-  return status;
-}
 
-/// One solve at a time, and the application lives until it ends, whatever the model releases.
-ApplicationReturnStatus MinMaxApplication::Implementation::optimize(const SmartPtr<Ipopt::TNLP>& of,
-                                                                    bool keep, bool by_all_ranks) {
-  if (solving) {
-    print(J_ERROR, J_MAIN, "A solve inside its own model's functions is refused.\n");
-    return Ipopt::Invalid_Problem_Definition;
+  void write_points(Answer& found) {
+    const std::string& name = current_settings().points_file;
+    if (name.empty() || silent) return;
+    OutputFile file(name, J_ITERSUMMARY);
+    std::string error = file.open(name, false);
+    file.Print(J_MAIN, J_ITERSUMMARY, points_as_csv(found).c_str());
+    if (error.empty()) error = file.close();
+    if (error.empty()) return;
+    error.insert(0, kPointsNotWritten);
+    found.best.message += "; " + error;  // also where nothing is printed
+    print(J_ERROR, J_MAIN, "E" + error.substr(1) + "\n");
   }
-  const SmartPtr<MinMaxApplication> alive =
-      application.ReferenceCount() > 0 ? &application : nullptr;
-  struct End {
-    Implementation& here;
-    ~End() { here.solving = here.over_ranks = here.silent = false; }
-  } const end{*this};
-  solving = true;
-  model = of;
-  if (!keep) solver.reset();
-  if (by_all_ranks) {
-    if (const auto joined = join_ranks(); joined != Ipopt::Solve_Succeeded) return joined;
-    over_ranks = true;
+
+  /// A model that is solved again, step by step, is not looked at again unless it is printed.
+  void remark_on_split(const ProblemStructure& structure, const SolverOptions& options) {
+    const bool printed = is_printed(J_WARNING, J_MAIN);
+    if (!printed && model_is_known) return;
+    warnings.clear();
+    const bool distributes = dynamic_cast<const MinMaxTNLP*>(GetRawPtr(model)) != nullptr &&
+                             dynamic_cast<const OptionalPlayers*>(GetRawPtr(model)) == nullptr;
+    if (!distributes && !has_variable_of(Player::Max, structure)) {  // an ordinary model
+      print(J_WARNING, J_MAIN,
+            std::string("Note: no Max variable: a ") +
+                (options.obj_scaling_factor < 0.0 ? "maximization" : "minimization") + ".\n\n");
+      return;
+    }
+    const auto warn = [&](const std::string& text) {
+      print(J_WARNING, J_MAIN, "Warning: " + text + "\n\n");
+    };
+    if (const auto text = one_player_remark(structure); !text.empty()) warn(text);
+    warnings = split_remarks(structure);
+    std::ranges::for_each(warnings, warn);
   }
-  return optimize();
-}
+
+  /// Not where the solver that was asked for is not built in: programs find out so whether it is.
+  void print_linear_solver() {
+    const std::string name = string_option("linear_solver");
+    if (name != "auto" && current_settings().solver.linear_solver == LinearSolver::Auto) return;
+    print(J_ITERSUMMARY, J_MAIN, log::ipopt_solver_line(name));
+  }
+  [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem, const SolverOptions& options) {
+    result.message += stop_note(*model, result);
+    for (const std::string& text : warnings) {  // where there is no console, too
+      if (result.message.find(text) == std::string::npos) result.message += "\n" + text;
+    }
+    if (!has_iterate(result.status)) {
+      print(J_ERROR, J_MAIN, exit_line());
+      return application_status(result.status);
+    }
+    const bool as_ipopt = current_settings().rows.as_ipopt;
+    const auto printed = [&](EJournalCategory category, auto&& make) {
+      print_made(J_SUMMARY, category, make);
+    };
+    if (!result.worst_cases.empty()) {
+      printed(J_SOLUTION, [&] { return log::robust_summary(result, problem.structure()); });
+    }
+    printed(J_SOLUTION, [&] {
+      return log::summary(result, problem.structure(), as_ipopt ? told - 1 : result.iterations);
+    });
+    if (is_printed(J_SUMMARY, J_SOLUTION)) {
+      if (const std::string text = coupled_remark(problem.structure()); !text.empty())
+        print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
+    }
+    if (as_ipopt) printed(J_SOLUTION, [&] { return log::ipopt_errors(result); });
+    printed(J_STATISTICS, [&] {
+      return as_ipopt ? log::ipopt_work(result, problem.structure()) : log::work(result);
+    });
+    if (current_settings().time_stages) {
+      printed(J_TIMING_STATISTICS, [&] { return log::timing(result.timing); });
+    }
+    printed(J_MAIN, [&] { return exit_line(); });
+    solved = {.bound_violation = bound_violation(problem.structure(), result.v),
+              .system_seconds = system_seconds() - system_seconds_before};
+    if (problem.started()) {
+      let_ask({.problem = problem, .options = options, .answer = &result},
+              [&] { problem.finalize(solver_return(result.status), result); });
+    }
+    return application_status(result.status);
+  }
+
+  [[nodiscard]] ApplicationReturnStatus run() {
+    if (!banner_printed && !current_settings().without_banner) print_banner();
+    if (!current_settings().error.empty()) {
+      return stop(Status::InvalidOption, current_settings().error);
+    }
+    // A copy: the model may change options while it is called.
+    const SolverOptions options = current_settings().solver;
+    if (current_settings().list_options)
+      print(J_ERROR, J_MAIN, "\nList of user-set options:\n\n" + user_options_text(*list) + "\n");
+    if (current_settings().document_options) print_options_documentation();
+    print_ignored_options();
+    if (IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
+
+    // Taken out, so that an exception leaves nothing half made.
+    std::unique_ptr<TnlpProblem> own = std::move(last_problem);
+    const PlayerOptions& players = current_settings().players;
+    model_is_known = own && own->is_of(model, players, options.hessian_approximation);
+    if (!model_is_known) {
+      if (auto error = ipopt_library_error(*model); !error.empty()) {
+        return stop(Status::InvalidProblem, std::move(error));
+      }
+      own = std::make_unique<TnlpProblem>(model, players, options.hessian_approximation);
+    }
+    try {
+      if (auto error = own->load(); !error.empty()) {
+        const ApplicationReturnStatus status = stop(Status::InvalidProblem, std::move(error));
+        return own->has_no_jacobian() ? Unrecoverable_Exception : status;  // as in Ipopt
+      }
+    } catch (const Ipopt::OPTION_INVALID& error) {
+      return stop(Status::InvalidOption, error.Message());
+    }
+    const ApplicationReturnStatus status = solve(*own, options);
+    last_problem = std::move(own);
+    return status;
+  }
+
+  [[nodiscard]] ApplicationReturnStatus solve(TnlpProblem& problem, const SolverOptions& options) {
+    if (current_settings().rows.as_ipopt) print_linear_solver();
+    print_made(J_WARNING, J_STATISTICS,
+               [&] { return log::problem_statistics(problem.structure(), options); });
+    remark_on_split(problem.structure(), options);
+    try {
+      if (options.derivative_test != DerivativeTest::None) {
+        print(J_SUMMARY, J_NLP,
+              log::derivative_test(test_derivatives(problem, options), problem.structure()));
+      }
+      if (options.minmax_starts > 1 || over_ranks || !current_settings().points_file.empty()) {
+        result = solve_for_points(problem, options);
+      } else {
+        Audience audience{*this, problem, options};
+        room.give_to(result);
+        solver.solve(problem, options, audience.observer(), result);
+      }
+      if (!model_is_known) check_first_derivatives(problem, options, result);
+      if (result.over_y.functions > 0 || result.over_x.made > 1) factors_known = false;
+    } catch (...) {
+      const ApplicationReturnStatus status = report_exception();
+      if (problem.started()) {
+        problem.finalize(
+            status == Insufficient_Memory ? Ipopt::OUT_OF_MEMORY : Ipopt::INTERNAL_ERROR, result);
+      }
+      return status;
+    }
+    return finish(problem, options);
+  }
+
+  [[nodiscard]] ApplicationReturnStatus optimize() {
+    room.take_from(result);
+    points.clear();
+    factors_known = false;
+    told = 0;
+    solved.reset();
+    statistics = nullptr;
+    system_seconds_before = system_seconds();
+    ApplicationReturnStatus status = Internal_Error;
+    try {
+      try {
+        set_console_level(current_settings().print_level);
+        status = run();
+      } catch (...) {
+        status = report_exception();
+      }
+      journalist->FlushBuffer();
+    } catch (const std::bad_alloc&) {  // not even for the report
+      result.status = Status::OutOfMemory;
+      status = Insufficient_Memory;
+    }
+    return status;
+  }
+
+  /// One solve at a time, and the application lives until it ends, whatever the model releases.
+  [[nodiscard]] ApplicationReturnStatus optimize(const SmartPtr<Ipopt::TNLP>& of, bool keep,
+                                                 bool by_all_ranks = false) {
+    if (solving) {
+      print(J_ERROR, J_MAIN, "A solve inside its own model's functions is refused.\n");
+      return Invalid_Problem_Definition;
+    }
+    const SmartPtr<MinMaxApplication> alive =
+        application.ReferenceCount() > 0 ? &application : nullptr;
+    struct End {
+      Implementation& here;
+      ~End() { here.solving = here.over_ranks = here.silent = false; }
+    } const end{*this};
+    solving = true;
+    model = of;
+    if (!keep) solver.reset();
+    if (by_all_ranks) {
+      try {
+        silent = join_ranks_for_starts().rank > 0;
+      } catch (const SolverUnavailable& error) {
+        result = {};
+        return stop(Status::InvalidOption, error.what());
+      }
+      over_ranks = true;
+    }
+    return optimize();
+  }
+};
 
 // --- Public methods
 // -------------------------------------------------------------------------------
@@ -877,8 +795,8 @@ MinMaxApplication::MinMaxApplication(bool create_console_out, bool create_empty)
     : implementation_(
           std::make_unique<Implementation>(*this, create_console_out && !create_empty)) {}
 
-MinMaxApplication::MinMaxApplication(const SmartPtr<Ipopt::RegisteredOptions>& registry,
-                                     const SmartPtr<Ipopt::OptionsList>& options,
+MinMaxApplication::MinMaxApplication(const SmartPtr<RegisteredOptions>& registry,
+                                     const SmartPtr<OptionsList>& options,
                                      const SmartPtr<Ipopt::Journalist>& journalist)
     : implementation_(std::make_unique<Implementation>(*this, false)) {
   implementation_->registry = registry;
@@ -892,16 +810,15 @@ SmartPtr<MinMaxApplication> MinMaxApplication::clone() const {
   const SmartPtr<ExactOptionsList> options =
       new ExactOptionsList(implementation_->registry, implementation_->journalist);
   options->copy(*implementation_->list);
-  return new MinMaxApplication(implementation_->registry, Ipopt::GetRawPtr(options),
+  return new MinMaxApplication(implementation_->registry, GetRawPtr(options),
                                implementation_->journalist);
 }
 
-void MinMaxApplication::RegisterAllIpoptOptions(
-    const SmartPtr<Ipopt::RegisteredOptions>& registry) {
+void MinMaxApplication::RegisterAllIpoptOptions(const SmartPtr<RegisteredOptions>& registry) {
   register_options(*registry);
 }
 
-void MinMaxApplication::RegisterOptions(const SmartPtr<Ipopt::RegisteredOptions>& registry) {
+void MinMaxApplication::RegisterOptions(const SmartPtr<RegisteredOptions>& registry) {
   register_options(*registry);
 }
 
@@ -930,15 +847,15 @@ ApplicationReturnStatus MinMaxApplication::Initialize(std::istream& options, boo
   return implementation_->initialize(options, "options", allow_clobber);
 }
 
-SmartPtr<Ipopt::OptionsList> MinMaxApplication::Options() { return implementation_->list; }
+SmartPtr<OptionsList> MinMaxApplication::Options() { return implementation_->list; }
 
-SmartPtr<const Ipopt::OptionsList> MinMaxApplication::Options() const {
-  return Ipopt::ConstPtr(implementation_->list);
+SmartPtr<const OptionsList> MinMaxApplication::Options() const {
+  return ConstPtr(implementation_->list);
 }
 
 SmartPtr<Ipopt::Journalist> MinMaxApplication::Jnlst() { return implementation_->journalist; }
 
-SmartPtr<Ipopt::RegisteredOptions> MinMaxApplication::RegOptions() {
+SmartPtr<RegisteredOptions> MinMaxApplication::RegOptions() {
   static_cast<void>(implementation_->registry->RegisteredOptionsList());  // all are in it
   return implementation_->registry;
 }
@@ -953,10 +870,10 @@ ApplicationReturnStatus MinMaxApplication::OptimizeTNLPOverRanks(
 }
 
 ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {
-  if (Ipopt::IsNull(implementation_->model)) {
+  if (IsNull(implementation_->model)) {
     THROW_EXCEPTION(Ipopt::INVALID_WARMSTART, "ReOptimizeTNLP called before OptimizeTNLP.");
   }
-  if (Ipopt::GetRawPtr(model) != Ipopt::GetRawPtr(implementation_->model)) {
+  if (GetRawPtr(model) != GetRawPtr(implementation_->model)) {
     THROW_EXCEPTION(Ipopt::INVALID_WARMSTART, "ReOptimizeTNLP called for different TNLP.");
   }
   return implementation_->optimize(model, true);
@@ -1011,7 +928,7 @@ const std::vector<DistinctPoint>& MinMaxApplication::LastPoints() const {
 
 std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
   const Implementation& here = *implementation_;
-  if (Ipopt::IsNull(here.model)) return "nothing has been solved";
+  if (IsNull(here.model)) return "nothing has been solved";
   if (std::ranges::count_if(here.result.worst_cases, [&](const RobustWorstCase& c) {
         return c.active && c.constraint == static_cast<Index>(here.result.lambda.size());
       }) > 1) {
@@ -1029,9 +946,8 @@ namespace {
 
 /// Loads the model and asks about it; returns why that cannot be done, empty when it was.
 template <class Ask>
-std::string ask_about(const SmartPtr<Ipopt::TNLP>& model, const Ipopt::OptionsList& list,
-                      const Ask& ask) {
-  if (Ipopt::IsNull(model)) return "the model is null";
+std::string ask_about(const SmartPtr<Ipopt::TNLP>& model, const OptionsList& list, const Ask& ask) {
+  if (IsNull(model)) return "the model is null";
   SolverOptions options;
   if (auto error = solver_options(list, options); !error.empty()) return error;
   if (auto error = ipopt_library_error(*model); !error.empty()) return error;
@@ -1067,7 +983,7 @@ std::string MinMaxApplication::FindGap(const SmartPtr<Ipopt::TNLP>& model,
 
 SmartPtr<MinMaxStatistics> MinMaxApplication::Statistics() const {
   Implementation& here = *implementation_;
-  if (here.solved && Ipopt::IsNull(here.statistics)) {
+  if (here.solved && IsNull(here.statistics)) {
     here.statistics = new MinMaxStatistics(here.result, *here.solved);
   }
   return here.statistics;
@@ -1089,13 +1005,12 @@ bool MinMaxApplication::RethrowNonIpoptException(bool dorethrow) {
 
 bool get_current_iterate(bool scaled, Index n, double* x, double* z_L, double* z_U, Index m,
                          double* g, double* lambda) {
-  Result at;
-  if (calling == nullptr || !calling->GetCurrentIterate(at, scaled)) return false;
-  if (at.v.size() != static_cast<std::size_t>(n) ||
-      at.constraints.size() != static_cast<std::size_t>(m)) {
+  Result here;
+  if (calling == nullptr || !calling->GetCurrentIterate(here, scaled)) return false;
+  if (here.v.size() != at(n) || here.constraints.size() != at(m)) {
     return false;
   }
-  fill({x, z_L, z_U, g, lambda}, at);
+  fill({x, z_L, z_U, g, lambda}, here);
   return true;
 }
 
@@ -1104,8 +1019,7 @@ bool get_current_violations(bool scaled, Index n, double* x_L_violation, double*
                             double* nlp_constraint_violation, double* compl_g) {
   Violations found;
   if (calling == nullptr || !calling->GetCurrentViolations(found, scaled)) return false;
-  if (found.lower_bound.size() != static_cast<std::size_t>(n) ||
-      found.constraint.size() != static_cast<std::size_t>(m)) {
+  if (found.lower_bound.size() != at(n) || found.constraint.size() != at(m)) {
     return false;
   }
   fill({x_L_violation, x_U_violation, compl_x_L, compl_x_U, grad_lag_x, nlp_constraint_violation,

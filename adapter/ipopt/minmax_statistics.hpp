@@ -30,18 +30,17 @@ class MinMaxStatistics : public Ipopt::ReferencedObject {
         counts_(result.counts),
         extra_(extra) {}
 
-  [[nodiscard]] Ipopt::Index IterationCount() const { return iterations_; }
+  [[nodiscard]] Index IterationCount() const { return iterations_; }
   /// Seconds, function evaluations included.
-  [[nodiscard]] Ipopt::Number TotalCpuTime() const { return cpu_seconds_; }
-  [[nodiscard]] Ipopt::Number TotalCPUTime() const { return cpu_seconds_; }
-  [[nodiscard]] Ipopt::Number TotalSysTime() const { return extra_.system_seconds; }
-  [[nodiscard]] Ipopt::Number TotalWallclockTime() const { return wall_seconds_; }
-  [[nodiscard]] Ipopt::Number FinalObjective() const { return objective_; }
-  [[nodiscard]] Ipopt::Number FinalScaledObjective() const { return objective_scale_ * objective_; }
+  [[nodiscard]] double TotalCpuTime() const { return cpu_seconds_; }
+  [[nodiscard]] double TotalCPUTime() const { return cpu_seconds_; }
+  [[nodiscard]] double TotalSysTime() const { return extra_.system_seconds; }
+  [[nodiscard]] double TotalWallclockTime() const { return wall_seconds_; }
+  [[nodiscard]] double FinalObjective() const { return objective_; }
+  [[nodiscard]] double FinalScaledObjective() const { return objective_scale_ * objective_; }
 
-  void NumberOfEvaluations(Ipopt::Index& num_obj_evals, Ipopt::Index& num_constr_evals,
-                           Ipopt::Index& num_obj_grad_evals, Ipopt::Index& num_constr_jac_evals,
-                           Ipopt::Index& num_hess_evals) const {
+  void NumberOfEvaluations(Index& num_obj_evals, Index& num_constr_evals, Index& num_obj_grad_evals,
+                           Index& num_constr_jac_evals, Index& num_hess_evals) const {
     num_obj_evals = counts_.objective;
     num_constr_evals = counts_.constraints;
     num_obj_grad_evals = counts_.gradient;
@@ -50,56 +49,52 @@ class MinMaxStatistics : public Ipopt::ReferencedObject {
   }
 
   /// Factorizations of K and of K_yy, without those of restorations, and those for one cause.
-  void NumberOfFactorizations(Ipopt::Index& of_k, Ipopt::Index& of_k_yy) const {
+  void NumberOfFactorizations(Index& of_k, Index& of_k_yy) const {
     of_k = counts_.factorizations_full;
     of_k_yy = counts_.factorizations_inner;
   }
-  void NumberOfFactorizations(FactorizationCause cause, Ipopt::Index& of_k,
-                              Ipopt::Index& of_k_yy) const {
+  void NumberOfFactorizations(FactorizationCause cause, Index& of_k, Index& of_k_yy) const {
     of_k = counts_.factorizations_for(cause).full;
     of_k_yy = counts_.factorizations_for(cause).inner;
   }
 
   /// Unscaled infinity norms, dual_inf that of both players; kkt_error is the largest of the three.
-  void Infeasibilities(Ipopt::Number& dual_inf, Ipopt::Number& constr_viol,
-                       Ipopt::Number& complementarity, Ipopt::Number& kkt_error) const {
+  void Infeasibilities(double& dual_inf, double& constr_viol, double& complementarity,
+                       double& kkt_error) const {
     dual_inf = std::max(error_.dual_min, error_.dual_max);
     constr_viol = error_.primal;
     complementarity = error_.complementarity;
     kkt_error = std::max({dual_inf, constr_viol, complementarity});
   }
   /// As in Ipopt 3.14, with the violation of the variables' bounds.
-  void Infeasibilities(Ipopt::Number& dual_inf, Ipopt::Number& constr_viol,
-                       Ipopt::Number& varbounds_viol, Ipopt::Number& complementarity,
-                       Ipopt::Number& kkt_error) const {
+  void Infeasibilities(double& dual_inf, double& constr_viol, double& varbounds_viol,
+                       double& complementarity, double& kkt_error) const {
     Infeasibilities(dual_inf, constr_viol, complementarity, kkt_error);
     varbounds_viol = extra_.bound_violation;
   }
 
   /// In the solver's scaling; scaled_kkt_error is Ipopt's E_0. Bounds are not scaled.
-  void ScaledInfeasibilities(Ipopt::Number& scaled_dual_inf, Ipopt::Number& scaled_constr_viol,
-                             Ipopt::Number& scaled_complementarity,
-                             Ipopt::Number& scaled_kkt_error) const {
+  void ScaledInfeasibilities(double& scaled_dual_inf, double& scaled_constr_viol,
+                             double& scaled_complementarity, double& scaled_kkt_error) const {
     scaled_dual_inf = error_.scaled_dual;
     scaled_constr_viol = error_.scaled_primal;
     scaled_complementarity = error_.scaled_complementarity;
     scaled_kkt_error = error_.total;
   }
-  void ScaledInfeasibilities(Ipopt::Number& scaled_dual_inf, Ipopt::Number& scaled_constr_viol,
-                             Ipopt::Number& scaled_varbounds_viol,
-                             Ipopt::Number& scaled_complementarity,
-                             Ipopt::Number& scaled_kkt_error) const {
+  void ScaledInfeasibilities(double& scaled_dual_inf, double& scaled_constr_viol,
+                             double& scaled_varbounds_viol, double& scaled_complementarity,
+                             double& scaled_kkt_error) const {
     ScaledInfeasibilities(scaled_dual_inf, scaled_constr_viol, scaled_complementarity,
                           scaled_kkt_error);
     scaled_varbounds_viol = extra_.bound_violation;
   }
 
  private:
-  Ipopt::Index iterations_;
-  Ipopt::Number cpu_seconds_;
-  Ipopt::Number wall_seconds_;
-  Ipopt::Number objective_;
-  Ipopt::Number objective_scale_;
+  Index iterations_;
+  double cpu_seconds_;
+  double wall_seconds_;
+  double objective_;
+  double objective_scale_;
   KktError error_;
   Counts counts_;
   Extra extra_;

@@ -1,10 +1,11 @@
 #include <algorithm>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "adapter/ipopt/minmax_tnlp.hpp"
+#include "core/model/indices.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -21,22 +22,21 @@ struct IndexList {
 /// Gives players[i] to the list's player for every index i. first_place: room.
 void give(const IndexList& list, Index size, std::vector<std::ptrdiff_t>& first_place,
           Player* players) {
-  first_place.assign(static_cast<std::size_t>(size), -1);
-  for (std::size_t k = 0; k < list.indices.size(); ++k) {
+  const auto name = [&] { return std::string("SplitTNLP: ") + list.name; };
+  first_place.assign(at(size), -1);
+  for (const auto k : indices(list.indices)) {
     const Index i = list.indices[k];
     if (i < 0 || i >= size) {
-      std::ostringstream text;
-      text << "SplitTNLP: " << list.name << "[" << k << "] = " << i
-           << " is out of range: the model has " << size << " " << list.what
-           << "s (indices are 0-based)";
-      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, text.str());
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP,
+                      name() + "[" + std::to_string(k) + "] = " + std::to_string(i) +
+                          " is out of range: the model has " + std::to_string(size) + " " +
+                          list.what + "s (indices are 0-based)");
     }
-    std::ptrdiff_t& place = first_place[static_cast<std::size_t>(i)];
+    std::ptrdiff_t& place = first_place[at(i)];
     if (place >= 0) {
-      std::ostringstream text;
-      text << "SplitTNLP: " << list.name << " holds index " << i << " twice, at places " << place
-           << " and " << k;
-      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, text.str());
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, name() + " holds index " + std::to_string(i) +
+                                                     " twice, at places " + std::to_string(place) +
+                                                     " and " + std::to_string(k));
     }
     place = static_cast<std::ptrdiff_t>(k);
     players[i] = list.player;
@@ -84,26 +84,25 @@ SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Inde
       max_variables_(std::move(max_variables)),
       max_constraints_(std::move(max_constraints)),
       min_constraints_(std::move(min_constraints)) {
-  if (Ipopt::IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");
+  if (IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");
 }
 
-bool ModelByRows::eval_rows_of(Ipopt::TNLP& model, Index n, const Ipopt::Number* x, bool new_x,
-                               Index count, const Index* rows, Index m, Ipopt::Number* g,
-                               Index nele_jac, Ipopt::Number* values) {
+bool ModelByRows::eval_rows_of(Ipopt::TNLP& model, Index n, const double* x, bool new_x,
+                               Index count, const Index* rows, Index m, double* g, Index nele_jac,
+                               double* values) {
   if (auto* by_rows = dynamic_cast<ModelByRows*>(&model))
     return by_rows->eval_rows(n, x, new_x, count, rows, m, g, nele_jac, values);
   return g != nullptr ? model.eval_g(n, x, new_x, m, g)
                       : model.eval_jac_g(n, x, new_x, m, nele_jac, nullptr, nullptr, values);
 }
 
-bool SplitTNLP::eval_rows(Index n, const Ipopt::Number* x, bool new_x, Index count,
-                          const Index* rows, Index m, Ipopt::Number* g, Index nele_jac,
-                          Ipopt::Number* values) {
+bool SplitTNLP::eval_rows(Index n, const double* x, bool new_x, Index count, const Index* rows,
+                          Index m, double* g, Index nele_jac, double* values) {
   return eval_rows_of(*model_, n, x, new_x, count, rows, m, g, nele_jac, values);
 }
 
 const BoxFunctions* SplitTNLP::over_boxes() {
-  auto* model = dynamic_cast<ModelOverBoxes*>(Ipopt::GetRawPtr(model_));
+  auto* model = dynamic_cast<ModelOverBoxes*>(GetRawPtr(model_));
   return model != nullptr ? model->over_boxes() : nullptr;
 }
 

@@ -20,18 +20,16 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
 /// intermediate_callback or finalize_solution. x, z_L and z_U have n entries, g and lambda m; each
 /// may be null. Returns false and writes nothing if it is called elsewhere, if n or m are wrong, or
 /// if GetCurrentIterate returns false.
-[[nodiscard]] bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x,
-                                       Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
-                                       Ipopt::Number* g, Ipopt::Number* lambda);
+[[nodiscard]] bool get_current_iterate(bool scaled, Index n, double* x, double* z_L, double* z_U,
+                                       Index m, double* g, double* lambda);
 
 /// Writes the violations that MinMaxApplication::GetCurrentViolations returns; core/violations.hpp
 /// defines each array. The last two arrays have m entries, the others n; each may be null. Returns
 /// false and writes nothing under the conditions of get_current_iterate.
-[[nodiscard]] bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
-                                          Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
-                                          Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x,
-                                          Ipopt::Index m, Ipopt::Number* nlp_constraint_violation,
-                                          Ipopt::Number* compl_g);
+[[nodiscard]] bool get_current_violations(bool scaled, Index n, double* x_L_violation,
+                                          double* x_U_violation, double* compl_x_L,
+                                          double* compl_x_U, double* grad_lag_x, Index m,
+                                          double* nlp_constraint_violation, double* compl_g);
 
 /// Base of models that call get_curr_iterate or get_curr_violations in intermediate_callback or
 /// finalize_solution. Ipopt 3.14's TNLP has these functions; here they also work with this
@@ -40,14 +38,12 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
 class ObservableTNLP : public Ipopt::TNLP {
  public:
   bool get_curr_iterate(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
-                        bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::Number* z_L,
-                        Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
-                        Ipopt::Number* lambda) const;
+                        bool scaled, Index n, double* x, double* z_L, double* z_U, Index m,
+                        double* g, double* lambda) const;
   bool get_curr_violations(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
-                           bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
-                           Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
-                           Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x, Ipopt::Index m,
-                           Ipopt::Number* nlp_constraint_violation, Ipopt::Number* compl_g) const;
+                           bool scaled, Index n, double* x_L_violation, double* x_U_violation,
+                           double* compl_x_L, double* compl_x_U, double* grad_lag_x, Index m,
+                           double* nlp_constraint_violation, double* compl_g) const;
 };
 
 /// An Ipopt model that says which player owns each variable and each constraint. It has one vector
@@ -58,18 +54,18 @@ class MinMaxTNLP : public ObservableTNLP {
   /// Writes the owner of each variable into players: n entries, all Min on entry. Return true.
   /// False or the exception INVALID_TNLP ends the solve with Invalid_Problem_Definition; the
   /// message of the exception is printed.
-  virtual bool get_variable_players(Ipopt::Index n, Player* players) = 0;
+  virtual bool get_variable_players(Index n, Player* players) = 0;
 
   /// Changes the owners of constraints: m entries, on entry the defaults (Max if the constraint has
   /// a Jacobian entry in a Max variable, else Min). A constraint of Min that reads Max variables is
   /// robust: x must meet it for every y (docs/robust_constraints.md). Fails as
   /// get_variable_players.
-  virtual bool get_constraint_players(Ipopt::Index m, Player* players);
+  virtual bool get_constraint_players(Index m, Player* players);
 
   /// Is called, instead of intermediate_callback, in each iteration of a maximization over y at
   /// fixed x. value is that of the function maximized (f or a robust constraint) at the iterate.
   /// Return false to stop the whole solve; it then returns its best finished point.
-  virtual bool maximization_callback(Ipopt::Index iter, Ipopt::Number value);
+  virtual bool maximization_callback(Index iter, double value);
 };
 
 /// Second base class of an Ipopt model whose functions can be evaluated over boxes of its
@@ -90,15 +86,13 @@ class ModelByRows {
   /// Writes the values of `count` rows (0-based, ascending) into g (m entries) or, if g is null,
   /// their entries of the Jacobian into values (nele_jac entries). Other entries may stay as they
   /// are. Returns false if a function is undefined at x.
-  [[nodiscard]] virtual bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                                       Ipopt::Index count, const Ipopt::Index* rows, Ipopt::Index m,
-                                       Ipopt::Number* g, Ipopt::Index nele_jac,
-                                       Ipopt::Number* values) = 0;
+  [[nodiscard]] virtual bool eval_rows(Index n, const double* x, bool new_x, Index count,
+                                       const Index* rows, Index m, double* g, Index nele_jac,
+                                       double* values) = 0;
   /// Calls eval_rows if the model is a ModelByRows, else eval_g or eval_jac_g for all rows.
-  [[nodiscard]] static bool eval_rows_of(Ipopt::TNLP& model, Ipopt::Index n, const Ipopt::Number* x,
-                                         bool new_x, Ipopt::Index count, const Ipopt::Index* rows,
-                                         Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
-                                         Ipopt::Number* values);
+  [[nodiscard]] static bool eval_rows_of(Ipopt::TNLP& model, Index n, const double* x, bool new_x,
+                                         Index count, const Index* rows, Index m, double* g,
+                                         Index nele_jac, double* values);
 };
 
 /// Gives variables and constraints of an unmodified Ipopt model to Max, and passes every call on to
@@ -111,80 +105,67 @@ class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
   /// min_constraints: 0-based indices of constraints given to Min; one that reads Max variables is
   /// robust: it must hold for all of their values (docs/robust_constraints.md).
   /// Throws std::invalid_argument if model is null.
-  SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Ipopt::Index> max_variables,
-            std::vector<Ipopt::Index> max_constraints = {},
-            std::vector<Ipopt::Index> min_constraints = {});
-
-  SplitTNLP(const SplitTNLP&) = delete;
-  SplitTNLP& operator=(const SplitTNLP&) = delete;
+  SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Index> max_variables,
+            std::vector<Index> max_constraints = {}, std::vector<Index> min_constraints = {});
 
   /// Returns the model that is split.
   [[nodiscard]] Ipopt::SmartPtr<Ipopt::TNLP> model() const { return model_; }
 
   [[nodiscard]] const BoxFunctions* over_boxes() override;  // the model's
-  bool get_variable_players(Ipopt::Index n, Player* players) override;
-  bool get_constraint_players(Ipopt::Index m, Player* players) override;
+  bool get_variable_players(Index n, Player* players) override;
+  bool get_constraint_players(Index m, Player* players) override;
 
-  bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
-                    Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
-  bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_string_md,
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                    IndexStyleEnum& index_style) override;
+  bool get_var_con_metadata(Index n, StringMetaDataMapType& var_string_md,
                             IntegerMetaDataMapType& var_integer_md,
-                            NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                            NumericMetaDataMapType& var_numeric_md, Index m,
                             StringMetaDataMapType& con_string_md,
                             IntegerMetaDataMapType& con_integer_md,
                             NumericMetaDataMapType& con_numeric_md) override;
-  bool get_bounds_info(Ipopt::Index n, Ipopt::Number* x_l, Ipopt::Number* x_u, Ipopt::Index m,
-                       Ipopt::Number* g_l, Ipopt::Number* g_u) override;
-  bool get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling, Ipopt::Index n,
-                              Ipopt::Number* x_scaling, bool& use_g_scaling, Ipopt::Index m,
-                              Ipopt::Number* g_scaling) override;
-  bool get_variables_linearity(Ipopt::Index n, LinearityType* var_types) override;
-  bool get_constraints_linearity(Ipopt::Index m, LinearityType* const_types) override;
-  bool get_starting_point(Ipopt::Index n, bool init_x, Ipopt::Number* x, bool init_z,
-                          Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m, bool init_lambda,
-                          Ipopt::Number* lambda) override;
+  bool get_bounds_info(Index n, double* x_l, double* x_u, Index m, double* g_l,
+                       double* g_u) override;
+  bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index n, double* x_scaling,
+                              bool& use_g_scaling, Index m, double* g_scaling) override;
+  bool get_variables_linearity(Index n, LinearityType* var_types) override;
+  bool get_constraints_linearity(Index m, LinearityType* const_types) override;
+  bool get_starting_point(Index n, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
+                          Index m, bool init_lambda, double* lambda) override;
   bool get_warm_start_iterate(Ipopt::IteratesVector& warm_start_iterate) override;
-  bool eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-              Ipopt::Number& obj_value) override;
-  bool eval_grad_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                   Ipopt::Number* grad_f) override;
-  bool eval_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-              Ipopt::Number* g) override;
-  bool eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-                  Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
-                  Ipopt::Number* values) override;
-  bool eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
-              Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda, Ipopt::Index nele_hess,
-              Ipopt::Index* iRow, Ipopt::Index* jCol, Ipopt::Number* values) override;
-  bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index count,
-                 const Ipopt::Index* rows, Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
-                 Ipopt::Number* values) override;  // the model's
-  void finalize_solution(Ipopt::SolverReturn status, Ipopt::Index n, const Ipopt::Number* x,
-                         const Ipopt::Number* z_L, const Ipopt::Number* z_U, Ipopt::Index m,
-                         const Ipopt::Number* g, const Ipopt::Number* lambda,
-                         Ipopt::Number obj_value, const Ipopt::IpoptData* ip_data,
+  bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override;
+  bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override;
+  bool eval_g(Index n, const double* x, bool new_x, Index m, double* g) override;
+  bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* iRow,
+                  Index* jCol, double* values) override;
+  bool eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
+              const double* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
+              double* values) override;
+  bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* rows, Index m,
+                 double* g, Index nele_jac,
+                 double* values) override;  // the model's
+  void finalize_solution(Ipopt::SolverReturn status, Index n, const double* x, const double* z_L,
+                         const double* z_U, Index m, const double* g, const double* lambda,
+                         double obj_value, const Ipopt::IpoptData* ip_data,
                          Ipopt::IpoptCalculatedQuantities* ip_cq) override;
-  void finalize_metadata(Ipopt::Index n, const StringMetaDataMapType& var_string_md,
+  void finalize_metadata(Index n, const StringMetaDataMapType& var_string_md,
                          const IntegerMetaDataMapType& var_integer_md,
-                         const NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                         const NumericMetaDataMapType& var_numeric_md, Index m,
                          const StringMetaDataMapType& con_string_md,
                          const IntegerMetaDataMapType& con_integer_md,
                          const NumericMetaDataMapType& con_numeric_md) override;
-  bool intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter, Ipopt::Number obj_value,
-                             Ipopt::Number inf_pr, Ipopt::Number inf_du, Ipopt::Number mu,
-                             Ipopt::Number d_norm, Ipopt::Number regularization_size,
-                             Ipopt::Number alpha_du, Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, double obj_value, double inf_pr,
+                             double inf_du, double mu, double d_norm, double regularization_size,
+                             double alpha_du, double alpha_pr, Index ls_trials,
                              const Ipopt::IpoptData* ip_data,
                              Ipopt::IpoptCalculatedQuantities* ip_cq) override;
-  Ipopt::Index get_number_of_nonlinear_variables() override;
-  bool get_list_of_nonlinear_variables(Ipopt::Index num_nonlin_vars,
-                                       Ipopt::Index* pos_nonlin_vars) override;
+  Index get_number_of_nonlinear_variables() override;
+  bool get_list_of_nonlinear_variables(Index num_nonlin_vars, Index* pos_nonlin_vars) override;
 
  private:
   Ipopt::SmartPtr<Ipopt::TNLP> model_;
-  std::vector<Ipopt::Index> max_variables_;
-  std::vector<Ipopt::Index> max_constraints_;
-  std::vector<Ipopt::Index> min_constraints_;
+  std::vector<Index> max_variables_;
+  std::vector<Index> max_constraints_;
+  std::vector<Index> min_constraints_;
   std::vector<std::ptrdiff_t> first_place_;  ///< work
 };
 

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <variant>
-#include <vector>
+
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -27,15 +28,8 @@ Kinds(Cases...) -> Kinds<Cases...>;
 
 constexpr int kLeast = std::numeric_limits<int>::min(), kMost = std::numeric_limits<int>::max();
 
-std::string text_of(double value) {
-  if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
-void add_number(Ipopt::RegisteredOptions& registry, const std::string& name,
-                const std::string& text, const Number& o) {
+void add_number(RegisteredOptions& registry, const std::string& name, const std::string& text,
+                const Number& o) {
   const bool bounded_below = std::isfinite(o.lower);
   const bool bounded_above = std::isfinite(o.upper);
   if (bounded_below && bounded_above) {
@@ -50,8 +44,8 @@ void add_number(Ipopt::RegisteredOptions& registry, const std::string& name,
   }
 }
 
-void add_integer(Ipopt::RegisteredOptions& registry, const std::string& name,
-                 const std::string& text, const Integer& o) {
+void add_integer(RegisteredOptions& registry, const std::string& name, const std::string& text,
+                 const Integer& o) {
   if (o.lower > kLeast && o.upper < kMost) {
     registry.AddBoundedIntegerOption(name, text, o.lower, o.upper, o.by_default);
   } else if (o.lower > kLeast) {
@@ -65,7 +59,12 @@ void add_integer(Ipopt::RegisteredOptions& registry, const std::string& name,
 
 }  // namespace
 
-void register_option(Ipopt::RegisteredOptions& registry, const OptionInfo& info) {
+std::string text_of(double value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+void register_option(RegisteredOptions& registry, const OptionInfo& info) {
   registry.SetRegisteringCategory(std::string(info.category));
   const std::string name(info.name), text(info.text);
   std::visit(
@@ -103,6 +102,31 @@ std::string range_of(const OptionInfo& info) {
   return {};
 }
 
+std::string range_of(const RegisteredOption& option) {
+  OptionInfo info{};
+  if (option.Type() == Ipopt::OT_Number)
+    info.kind = number_of(option);
+  else
+    info.kind = integer_of(option);
+  return range_of(info);
+}
+
+Number number_of(const RegisteredOption& option) {
+  return {.member = nullptr,
+          .lower = option.HasLower() ? option.LowerNumber() : -kInfinity,
+          .upper = option.HasUpper() ? option.UpperNumber() : kInfinity,
+          .lower_strict = !option.HasLower() || option.LowerStrict(),
+          .upper_strict = !option.HasUpper() || option.UpperStrict(),
+          .by_default = option.DefaultNumber()};
+}
+
+Integer integer_of(const RegisteredOption& option) {
+  return {.member = nullptr,
+          .lower = option.HasLower() ? option.LowerInteger() : kLeast,
+          .upper = option.HasUpper() ? option.UpperInteger() : kMost,
+          .by_default = option.DefaultInteger()};
+}
+
 std::string default_of(const OptionInfo& info) {
   return std::visit(Kinds{[](const Number& o) { return text_of(o.by_default); },
                           [](const Integer& o) { return std::to_string(o.by_default); },
@@ -112,14 +136,14 @@ std::string default_of(const OptionInfo& info) {
                     info.kind);
 }
 
-std::optional<std::string> value_of(const OptionInfo& info, const Ipopt::OptionsList& list) {
+std::optional<std::string> value_of(const OptionInfo& info, const OptionsList& list) {
   const std::string name(info.name);
   if (std::holds_alternative<Number>(info.kind)) {
     double value = 0.0;
     return list.GetNumericValue(name, value, "") ? std::optional(text_of(value)) : std::nullopt;
   }
   if (std::holds_alternative<Integer>(info.kind)) {
-    Ipopt::Index value = 0;
+    Index value = 0;
     return list.GetIntegerValue(name, value, "") ? std::optional(std::to_string(value))
                                                  : std::nullopt;
   }

@@ -14,18 +14,28 @@
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
+using Ipopt::OptionsList;
+using Ipopt::RegisteredOption;
+using Ipopt::RegisteredOptions;
+
+/// The shortest text that reads back as this number, as "0.1"; also inf and -inf.
+[[nodiscard]] std::string text_of(double value);
+
 /// Registers an option under its category, with its type, range, values and default.
-void register_option(Ipopt::RegisteredOptions& registry, const OptionInfo& info);
+void register_option(RegisteredOptions& registry, const OptionInfo& info);
 
 /// "number", "integer", "yes/no", "choice" or "name".
 [[nodiscard]] std::string type_of(const OptionInfo& info);
 /// "(0, inf)"; empty unless a number or an integer.
 [[nodiscard]] std::string range_of(const OptionInfo& info);
+/// The same of an option as Ipopt's registry has it.
+[[nodiscard]] std::string range_of(const RegisteredOption& option);
+[[nodiscard]] OptionInfo::Number number_of(const RegisteredOption& option);
+[[nodiscard]] OptionInfo::Integer integer_of(const RegisteredOption& option);
 /// Numbers with the fewest digits that read back as the same.
 [[nodiscard]] std::string default_of(const OptionInfo& info);
 /// The value in the list as default_of writes it; none: it was not set.
-[[nodiscard]] std::optional<std::string> value_of(const OptionInfo& info,
-                                                  const Ipopt::OptionsList& list);
+[[nodiscard]] std::optional<std::string> value_of(const OptionInfo& info, const OptionsList& list);
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

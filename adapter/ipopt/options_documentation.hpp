@@ -3,10 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <IpOptionsList.hpp>
-
-#include "../../core/options.hpp"
-#include "ipopt_version.hpp"
+#include "option_registry.hpp"
 
 /// @file
 /// The documentation of all options, made from the tables that also register them.
@@ -19,12 +16,11 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// All options as plain text: name, range and default on one line, then what it means.
 [[nodiscard]] std::string options_text();
 
-/// The same as a Markdown page with a table per category, and what becomes of options that only
-/// Ipopt has; docs/options.md is this text.
-[[nodiscard]] std::string options_markdown();
+/// What an option may be, as "number in (0, inf)".
+[[nodiscard]] std::string values_of(const OptionInfo& option);
 
 /// The options that were set, one line each: name, value, and whether it has an effect here.
-[[nodiscard]] std::string user_options_text(const Ipopt::OptionsList& list);
+[[nodiscard]] std::string user_options_text(const OptionsList& list);
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

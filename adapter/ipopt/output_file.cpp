@@ -1,20 +1,15 @@
 #include <fcntl.h>
 
-#include <cerrno>
-#include <cstdarg>
 #include <cstring>
 
 #include "adapter/ipopt/output_file.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
-namespace {
 
 std::string cannot_write(const std::string& file, int error) {
   return "cannot write " + file + ": " + std::strerror(error);
 }
-
-}  // namespace
 
 int open_to_write(const std::string& file, int flags) {
   constexpr mode_t kMode = 0666;  // what the umask leaves
@@ -42,23 +37,6 @@ std::string OutputFile::close() {
   if (file_ != nullptr) note_error((is_stream() ? std::fflush(file_) : std::fclose(file_)) != 0);
   file_ = nullptr;
   return error_ != 0 ? cannot_write(file_name_, error_) : std::string();
-}
-
-void OutputFile::note_error(bool failed) {
-  if (failed && error_ == 0) error_ = errno;
-}
-
-void OutputFile::PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) {
-  if (file_ != nullptr) note_error(std::fputs(text, file_) < 0);
-}
-
-void OutputFile::PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
-                            va_list values) {
-  if (file_ != nullptr) note_error(std::vfprintf(file_, format, values) < 0);
-}
-
-void OutputFile::FlushBufferImpl() {
-  if (file_ != nullptr) note_error(std::fflush(file_) != 0);
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cerrno>
+#include <cstdarg>
 #include <cstdio>
 #include <string>
 
@@ -9,6 +11,9 @@
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
+
+/// The message about it; error: an errno.
+[[nodiscard]] std::string cannot_write(const std::string& file, int error);
 
 /// A descriptor to write the file with; -1: none, see errno. A pipe has to have a reader already,
 /// as opening would else wait for one.
@@ -21,8 +26,6 @@ class OutputFile : public Ipopt::Journal {
   /// name: the journal's.
   OutputFile(const std::string& name, Ipopt::EJournalLevel level) : Journal(name, level) {}
   ~OutputFile() override;
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
 
   /// Returns what is wrong ("cannot write FILE: permission denied"), empty when nothing is. append:
   /// what the file holds stays.
@@ -32,13 +35,21 @@ class OutputFile : public Ipopt::Journal {
   [[nodiscard]] std::string close();
 
  protected:
-  void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override;
+  void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override {
+    if (file_ != nullptr) note_error(std::fputs(text, file_) < 0);
+  }
   void PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
-                  va_list values) override;
-  void FlushBufferImpl() override;
+                  va_list values) override {
+    if (file_ != nullptr) note_error(std::vfprintf(file_, format, values) < 0);
+  }
+  void FlushBufferImpl() override {
+    if (file_ != nullptr) note_error(std::fflush(file_) != 0);
+  }
 
  private:
-  void note_error(bool failed);
+  void note_error(bool failed) {
+    if (failed && error_ == 0) error_ = errno;
+  }
   [[nodiscard]] bool is_stream() const { return file_ == stdout || file_ == stderr; }
 
   std::string file_name_;

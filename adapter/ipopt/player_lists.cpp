@@ -5,6 +5,7 @@
 
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/player_lists.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -93,7 +94,7 @@ std::string add_named(std::string_view name, const ListedItems& items,
 std::string description(Index i, const ListedItems& items) {
   std::string text = std::string(items.what) + " " + std::to_string(i);
   if (items.names != nullptr && !items.names->empty()) {
-    text += " (" + (*items.names)[static_cast<std::size_t>(i)] + ")";
+    text += " (" + (*items.names)[at(i)] + ")";
   }
   return text;
 }
@@ -139,7 +140,7 @@ std::string apply_player_option(std::string_view option, std::string_view list,
   if (!error.empty()) return "option " + std::string(option) + ": " + error;
   if (indices.empty()) return {};
   std::vector<Player> listed = stated.implied;
-  for (const Index i : indices) listed[static_cast<std::size_t>(i)] = Player::Max;
+  for (const Index i : indices) listed[at(i)] = Player::Max;
   if (players != stated.implied) {
     const auto [ours, theirs] = std::ranges::mismatch(listed, players);
     if (ours != listed.end()) {
@@ -165,7 +166,7 @@ std::string apply_min_constraints(const PlayerOptions& options, const ListedItem
       return "options minmax_min_constraints and minmax_max_constraints both list " +
              description(j, items);
     }
-    players[static_cast<std::size_t>(j)] = Player::Min;
+    players[at(j)] = Player::Min;
   }
   return {};
 }

@@ -6,12 +6,11 @@
 
 #include "adapter/ipopt/problem_tnlp.hpp"
 #include "linalg/library_lock.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
-
-std::size_t size(Index n) { return static_cast<std::size_t>(n); }
 
 void copy_structure(const std::vector<Triplet>& triplets, Index* rows, Index* cols) {
   for (const auto& [row, col] : triplets) {
@@ -93,32 +92,32 @@ bool ProblemTnlp::get_starting_point(Index n, bool, double* x, bool init_z, doub
                                      double* z_U, Index m, bool init_lambda, double* lambda) {
   std::fill_n(x, n, 0.0);
   StartingPoint start;
-  start.v = {x, size(n)};
+  start.v = {x, at(n)};
   start.needs_multipliers = init_z && init_lambda;  // Ipopt asks for both or none
   if (start.needs_multipliers) {
     std::fill_n(z_L, n, 0.0);
     std::fill_n(z_U, n, 0.0);
     std::fill_n(lambda, m, 0.0);
-    start.z_lower = {z_L, size(n)};
-    start.z_upper = {z_U, size(n)};
-    start.lambda = {lambda, size(m)};
+    start.z_lower = {z_L, at(n)};
+    start.z_upper = {z_U, at(n)};
+    start.lambda = {lambda, at(m)};
   }
   return problem_.starting_point(start);
 }
 
 bool ProblemTnlp::eval_f(Index n, const double* x, bool new_x, double& obj_value) {
   ++answer_.counts.objective;
-  return problem_.objective({x, size(n)}, new_x, obj_value);
+  return problem_.objective({x, at(n)}, new_x, obj_value);
 }
 
 bool ProblemTnlp::eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) {
   ++answer_.counts.gradient;
-  return problem_.gradient({x, size(n)}, new_x, {grad_f, size(n)});
+  return problem_.gradient({x, at(n)}, new_x, {grad_f, at(n)});
 }
 
 bool ProblemTnlp::eval_g(Index n, const double* x, bool new_x, Index m, double* g) {
   ++answer_.counts.constraints;
-  return problem_.constraints({x, size(n)}, new_x, {g, size(m)});
+  return problem_.constraints({x, at(n)}, new_x, {g, at(m)});
 }
 
 bool ProblemTnlp::eval_jac_g(Index n, const double* x, bool new_x, Index, Index nele_jac,
@@ -128,15 +127,14 @@ bool ProblemTnlp::eval_jac_g(Index n, const double* x, bool new_x, Index, Index 
     return true;
   }
   ++answer_.counts.jacobian;
-  return problem_.jacobian({x, size(n)}, new_x, {values, size(nele_jac)});
+  return problem_.jacobian({x, at(n)}, new_x, {values, at(nele_jac)});
 }
 
 bool ProblemTnlp::eval_rows(Index n, const double* x, bool new_x, Index count, const Index* rows,
                             Index m, double* g, Index nele_jac, double* values) {
-  const std::span asked(rows, size(count));
-  return g != nullptr
-             ? problem_.constraint_rows(asked, {x, size(n)}, new_x, {g, size(m)})
-             : problem_.jacobian_rows(asked, {x, size(n)}, new_x, {values, size(nele_jac)});
+  const std::span asked(rows, at(count));
+  return g != nullptr ? problem_.constraint_rows(asked, {x, at(n)}, new_x, {g, at(m)})
+                      : problem_.jacobian_rows(asked, {x, at(n)}, new_x, {values, at(nele_jac)});
 }
 
 bool ProblemTnlp::eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
@@ -147,8 +145,8 @@ bool ProblemTnlp::eval_h(Index n, const double* x, bool new_x, double obj_factor
     return true;
   }
   ++answer_.counts.hessian;
-  return problem_.hessian({x, size(n)}, new_x, obj_factor, {lambda, size(m)}, new_lambda,
-                          {values, size(nele_hess)});
+  return problem_.hessian({x, at(n)}, new_x, obj_factor, {lambda, at(m)}, new_lambda,
+                          {values, at(nele_hess)});
 }
 
 void ProblemTnlp::finalize_solution(Ipopt::SolverReturn, Index n, const double* x,
@@ -184,7 +182,7 @@ IpoptAnswer solve_with_ipopt(Problem& problem,
   application->Options()->SetStringValue("linear_solver", "mumps");
   if (set_options) set_options(*application->Options());
   const Ipopt::SmartPtr<FactorizationCounter> factorizations = new FactorizationCounter;
-  application->Jnlst()->AddJournal(Ipopt::GetRawPtr(factorizations));
+  application->Jnlst()->AddJournal(GetRawPtr(factorizations));
   IpoptAnswer failure;
   failure.status = application->Initialize("");
   if (failure.status != Ipopt::Solve_Succeeded) return failure;
@@ -194,7 +192,7 @@ IpoptAnswer solve_with_ipopt(Problem& problem,
   answer.status = status;
   answer.counts.factorizations_full = factorizations->count();
   const Ipopt::SmartPtr<Ipopt::SolveStatistics> statistics = application->Statistics();
-  if (Ipopt::IsValid(statistics)) {
+  if (IsValid(statistics)) {
     answer.iterations = statistics->IterationCount();
     answer.seconds = statistics->TotalWallclockTime();
   }

@@ -42,42 +42,34 @@ class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes, public ModelByRow
   /// Filled by finalize_solution, except status, iterations, seconds and factorizations.
   [[nodiscard]] const IpoptAnswer& answer() const { return answer_; }
 
-  bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
-                    Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                    IndexStyleEnum& index_style) override;
   /// Writes the problem's names, if it has any, as idx_names.
-  bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_string_md,
+  bool get_var_con_metadata(Index n, StringMetaDataMapType& var_string_md,
                             IntegerMetaDataMapType& var_integer_md,
-                            NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                            NumericMetaDataMapType& var_numeric_md, Index m,
                             StringMetaDataMapType& con_string_md,
                             IntegerMetaDataMapType& con_integer_md,
                             NumericMetaDataMapType& con_numeric_md) override;
-  bool get_bounds_info(Ipopt::Index n, Ipopt::Number* x_l, Ipopt::Number* x_u, Ipopt::Index m,
-                       Ipopt::Number* g_l, Ipopt::Number* g_u) override;
-  bool get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling, Ipopt::Index n,
-                              Ipopt::Number* x_scaling, bool& use_g_scaling, Ipopt::Index m,
-                              Ipopt::Number* g_scaling) override;
-  bool get_starting_point(Ipopt::Index n, bool init_x, Ipopt::Number* x, bool init_z,
-                          Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m, bool init_lambda,
-                          Ipopt::Number* lambda) override;
-  bool eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-              Ipopt::Number& obj_value) override;
-  bool eval_grad_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                   Ipopt::Number* grad_f) override;
-  bool eval_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-              Ipopt::Number* g) override;
-  bool eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-                  Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
-                  Ipopt::Number* values) override;
-  bool eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
-              Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda, Ipopt::Index nele_hess,
-              Ipopt::Index* iRow, Ipopt::Index* jCol, Ipopt::Number* values) override;
-  bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index count,
-                 const Ipopt::Index* rows, Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
-                 Ipopt::Number* values) override;
-  void finalize_solution(Ipopt::SolverReturn status, Ipopt::Index n, const Ipopt::Number* x,
-                         const Ipopt::Number* z_L, const Ipopt::Number* z_U, Ipopt::Index m,
-                         const Ipopt::Number* g, const Ipopt::Number* lambda,
-                         Ipopt::Number obj_value, const Ipopt::IpoptData* ip_data,
+  bool get_bounds_info(Index n, double* x_l, double* x_u, Index m, double* g_l,
+                       double* g_u) override;
+  bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index n, double* x_scaling,
+                              bool& use_g_scaling, Index m, double* g_scaling) override;
+  bool get_starting_point(Index n, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
+                          Index m, bool init_lambda, double* lambda) override;
+  bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override;
+  bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override;
+  bool eval_g(Index n, const double* x, bool new_x, Index m, double* g) override;
+  bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* iRow,
+                  Index* jCol, double* values) override;
+  bool eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
+              const double* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
+              double* values) override;
+  bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* rows, Index m,
+                 double* g, Index nele_jac, double* values) override;
+  void finalize_solution(Ipopt::SolverReturn status, Index n, const double* x, const double* z_L,
+                         const double* z_U, Index m, const double* g, const double* lambda,
+                         double obj_value, const Ipopt::IpoptData* ip_data,
                          Ipopt::IpoptCalculatedQuantities* ip_cq) override;
 
  private:
@@ -93,8 +85,8 @@ class GameTNLP : public SplitTNLP {
   explicit GameTNLP(Problem& problem)
       : SplitTNLP(new ProblemTnlp(problem), {}), problem_(problem) {}
 
-  bool get_variable_players(Ipopt::Index n, Player* players) override;
-  bool get_constraint_players(Ipopt::Index m, Player* players) override;
+  bool get_variable_players(Index n, Player* players) override;
+  bool get_constraint_players(Index m, Player* players) override;
 
  private:
   Problem& problem_;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "adapter/ipopt/tnlp_problem.hpp"
+#include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -11,7 +12,6 @@ inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 constexpr Index kNotSet = std::numeric_limits<Index>::min();
-std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
 
 /// Models tell the structure call from the value call by which pointers are null, so an empty array
 /// needs an address too.
@@ -25,11 +25,9 @@ T* address(std::vector<T>& values) {
   return address(std::span<T>(values));
 }
 
-std::string number(Index i) { return std::to_string(i); }
-
 /// What is wrong with owners that a model has written, if anything.
 std::string not_a_player(const char* method, const char* kind, const std::vector<Player>& players) {
-  for (std::size_t i = 0; i < players.size(); ++i) {
+  for (const auto i : indices(players)) {
     if (players[i] == Player::Min || players[i] == Player::Max) continue;
     return std::string(method) + " gives " + kind + " " + std::to_string(i) + " the owner " +
            std::to_string(static_cast<int>(players[i])) + ", which is no player";
@@ -51,13 +49,13 @@ struct StructureCall {
   }
   [[nodiscard]] std::string range(Index count) const {
     if (count == 0) return "none exist";
-    return number(first) + " to " + number(count - 1 + first);
+    return std::to_string(first) + " to " + std::to_string(count - 1 + first);
   }
 
   [[nodiscard]] std::string error_of(std::size_t k) const {
     const std::string entry = std::string(matrix) + " entry " + std::to_string(k);
     if (rows[k] == kNotSet || cols[k] == kNotSet) return entry + " was not set by the model";
-    return entry + " is at row " + number(rows[k]) + ", column " + number(cols[k]) +
+    return entry + " is at row " + std::to_string(rows[k]) + ", column " + std::to_string(cols[k]) +
            ", outside the matrix (rows " + range(row_count) + ", columns " + range(col_count) +
            (first == 0 ? ", C style)" : ", Fortran style)");
   }
@@ -65,7 +63,7 @@ struct StructureCall {
   /// 0-based. Returns what is wrong when an entry is outside the matrix.
   [[nodiscard]] std::string read(std::vector<Triplet>& triplets) const {
     triplets.resize(rows.size());
-    for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (const auto k : indices(rows)) {
       if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count)) {
         triplets.clear();
         return error_of(k);
@@ -78,20 +76,13 @@ struct StructureCall {
 
 std::vector<std::string> names_of(const Ipopt::TNLP::StringMetaDataMapType& strings, Index count) {
   const auto names = strings.find("idx_names");
-  if (names == strings.end() || names->second.size() != size_of(count)) return {};
+  if (names == strings.end() || names->second.size() != at(count)) return {};
   return names->second;
 }
 
-/// What an option may list. Names of another number than count are not used.
-ListedItems listed_items(std::string_view what, Index count, const std::vector<std::string>& names,
-                         const Ipopt::TNLP::StringMetaDataMapType& strings) {
-  const auto given = strings.find("idx_names");
-  return {what, count, &names, given != strings.end() ? given->second.size() : 0};
-}
-
 /// Players from the metadata "player", when there. what: "variable" or "constraint".
-std::string read_players(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
-                         const std::string& what, std::vector<Player>& players) {
+std::string players_of_metadata(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
+                                const std::string& what, std::vector<Player>& players) {
   const auto found = integers.find("player");
   if (found == integers.end()) return {};
   const auto& values = found->second;
@@ -100,9 +91,9 @@ std::string read_players(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
     return metadata + " has " + std::to_string(values.size()) + " values for " +
            std::to_string(players.size()) + " " + what + "s";
   }
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  for (const auto i : indices(values)) {
     if (values[i] != 0 && values[i] != 1) {
-      return metadata + " is " + number(values[i]) + " at index " + std::to_string(i) +
+      return metadata + " is " + std::to_string(values[i]) + " at index " + std::to_string(i) +
              "; it must be 0 (Min) or 1 (Max)";
     }
     players[i] = values[i] == 1 ? Player::Max : Player::Min;
@@ -118,8 +109,7 @@ TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOption
 
 bool TnlpProblem::is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
                         HessianApproximation hessian) const {
-  return Ipopt::GetRawPtr(model_) == Ipopt::GetRawPtr(model) && options_ == options &&
-         hessian_source_ == hessian;
+  return GetRawPtr(model_) == GetRawPtr(model) && options_ == options && hessian_source_ == hessian;
 }
 
 std::string TnlpProblem::load() {
@@ -148,10 +138,10 @@ std::string TnlpProblem::load_sizes() {
   const std::array<std::pair<const char*, Index>, 4> sizes{
       {{"n", n_}, {"m", m_}, {"nnz_jac_g", jacobian_entries_}, {"nnz_h_lag", hessian_entries_}}};
   for (const auto& [name, size] : sizes) {
-    if (size < 0) return "get_nlp_info set " + std::string(name) + " = " + number(size);
+    if (size < 0) return "get_nlp_info set " + std::string(name) + " = " + std::to_string(size);
   }
   if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE) {
-    return "get_nlp_info set index_style = " + number(static_cast<Index>(index_style_));
+    return "get_nlp_info set index_style = " + std::to_string(static_cast<Index>(index_style_));
   }
   return {};
 }
@@ -172,10 +162,10 @@ void TnlpProblem::load_metadata() {
 
 std::string TnlpProblem::load_bounds() {
   // NaN marks what the model leaves unset; the core names it.
-  structure_.variable_lower.assign(size_of(n_), kNaN);
-  structure_.variable_upper.assign(size_of(n_), kNaN);
-  structure_.constraint_lower.assign(size_of(m_), kNaN);
-  structure_.constraint_upper.assign(size_of(m_), kNaN);
+  structure_.variable_lower.assign(at(n_), kNaN);
+  structure_.variable_upper.assign(at(n_), kNaN);
+  structure_.constraint_lower.assign(at(m_), kNaN);
+  structure_.constraint_upper.assign(at(m_), kNaN);
   if (!model_->get_bounds_info(
           n_, address(structure_.variable_lower), address(structure_.variable_upper), m_,
           address(structure_.constraint_lower), address(structure_.constraint_upper))) {
@@ -185,23 +175,21 @@ std::string TnlpProblem::load_bounds() {
 }
 
 void TnlpProblem::expect_entries(Index entries) {
-  rows_.assign(size_of(entries), kNotSet);
-  cols_.assign(size_of(entries), kNotSet);
+  rows_.assign(at(entries), kNotSet);
+  cols_.assign(at(entries), kNotSet);
 }
 
 std::string TnlpProblem::load_jacobian_structure() {
-  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
   expect_entries(jacobian_entries_);
   has_no_jacobian_ = !model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(rows_),
                                          address(cols_), nullptr);
   if (has_no_jacobian_) {
     return "eval_jac_g returned false when asked for the structure of the Jacobian";
   }
-  return StructureCall{"Jacobian", rows_, cols_, m_, n_, first}.read(structure_.jacobian);
+  return StructureCall{"Jacobian", rows_, cols_, m_, n_, first_index()}.read(structure_.jacobian);
 }
 
 std::string TnlpProblem::load_hessian_structure() {
-  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
   structure_.has_hessian = true;
   structure_.nonlinear_variables.reset();
   expect_entries(hessian_entries_);
@@ -213,27 +201,27 @@ std::string TnlpProblem::load_hessian_structure() {
     hessian_entries_ = 0;
     return load_nonlinear_variables();
   }
-  return StructureCall{"Hessian", rows_, cols_, n_, n_, first}.read(structure_.hessian);
+  return StructureCall{"Hessian", rows_, cols_, n_, n_, first_index()}.read(structure_.hessian);
 }
 
 std::string TnlpProblem::load_nonlinear_variables() {
   const Index count = model_->get_number_of_nonlinear_variables();
   if (count < 0) return {};
   if (count > n_) {
-    return "get_number_of_nonlinear_variables returned " + number(count) + " of " + number(n_) +
-           " variables";
+    return "get_number_of_nonlinear_variables returned " + std::to_string(count) + " of " +
+           std::to_string(n_) + " variables";
   }
-  std::vector<Index> variables(size_of(count), kNotSet);
+  std::vector<Index> variables(at(count), kNotSet);
   if (!model_->get_list_of_nonlinear_variables(count, address(variables))) {
     return "get_list_of_nonlinear_variables returned false";
   }
-  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
+  const Index first = first_index();
   for (Index& i : variables) {
     if (i < first || i - first >= n_) {
-      return i == kNotSet
-                 ? "get_list_of_nonlinear_variables left an entry unset"
-                 : "get_list_of_nonlinear_variables lists variable " + number(i) +
-                       ", but the variables are " + number(first) + " to " + number(n_ - 1 + first);
+      return i == kNotSet ? "get_list_of_nonlinear_variables left an entry unset"
+                          : "get_list_of_nonlinear_variables lists variable " + std::to_string(i) +
+                                ", but the variables are " + std::to_string(first) + " to " +
+                                std::to_string(n_ - 1 + first);
     }
     i -= first;
   }
@@ -242,60 +230,49 @@ std::string TnlpProblem::load_nonlinear_variables() {
 }
 
 std::string TnlpProblem::load_players() {
-  auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_));
-  std::string error = load_variable_players(model);
-  return error.empty() ? load_constraint_players(model) : error;
+  structure_.variable_players.assign(at(n_), Player::Min);
+  if (auto error = read_players(true); !error.empty()) return error;
+  implied_constraint_players(structure_, structure_.constraint_players);
+  return read_players(false);
 }
 
-std::string TnlpProblem::load_variable_players(MinMaxTNLP* model) {
-  auto& players = structure_.variable_players;
-  players.assign(size_of(n_), Player::Min);
+std::string TnlpProblem::read_players(bool of_variables) {
+  auto* model = dynamic_cast<MinMaxTNLP*>(GetRawPtr(model_));
+  auto& players = of_variables ? structure_.variable_players : structure_.constraint_players;
+  const Metadata& metadata = of_variables ? variable_metadata_ : constraint_metadata_;
+  const Index count = of_variables ? n_ : m_;
+  const char* const kind = of_variables ? "variable" : "constraint";
+  const char* const method = of_variables ? "get_variable_players" : "get_constraint_players";
   implied_players_ = players;
-  const StatedPlayers stated{model != nullptr ? "get_variable_players" : "metadata \"player\"",
-                             implied_players_};
   std::string error;
   if (model == nullptr) {
-    error = read_players(variable_metadata_.integers, "variable", players);
-  } else if (!model->get_variable_players(n_, address(players))) {
-    error = "get_variable_players returned false";
+    error = players_of_metadata(metadata.integers, kind, players);
+  } else if (!(of_variables ? model->get_variable_players(count, address(players))
+                            : model->get_constraint_players(count, address(players)))) {
+    error = std::string(method) + " returned false";
   } else {
-    error = not_a_player("get_variable_players", "variable", players);
+    error = not_a_player(method, kind, players);
   }
   if (!error.empty()) return error;
-  return apply_player_option(
-      "minmax_max_variables", options_.max_variables,
-      listed_items("variable", n_, structure_.variable_names, variable_metadata_.strings), stated,
-      players);
-}
-
-std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
-  auto& players = structure_.constraint_players;
-  implied_constraint_players(structure_, players);
-  implied_players_ = players;
-  const StatedPlayers stated{model != nullptr ? "get_constraint_players" : "metadata \"player\"",
-                             implied_players_};
-  std::string error;
-  if (model == nullptr) {
-    error = read_players(constraint_metadata_.integers, "constraint", players);
-  } else if (!model->get_constraint_players(m_, address(players))) {
-    error = "get_constraint_players returned false";
-  } else {
-    error = not_a_player("get_constraint_players", "constraint", players);
-  }
-  if (!error.empty()) return error;
-  const ListedItems items =
-      listed_items("constraint", m_, structure_.constraint_names, constraint_metadata_.strings);
-  error = apply_player_option("minmax_max_constraints", options_.max_constraints, items, stated,
-                              players);
-  return error.empty() ? apply_min_constraints(options_, items, players) : error;
+  // Names of another number than count are not used.
+  const auto given = metadata.strings.find("idx_names");
+  const ListedItems items{kind, count,
+                          of_variables ? &structure_.variable_names : &structure_.constraint_names,
+                          given != metadata.strings.end() ? given->second.size() : 0};
+  const StatedPlayers stated{model != nullptr ? method : "metadata \"player\"", implied_players_};
+  error = apply_player_option(of_variables ? "minmax_max_variables" : "minmax_max_constraints",
+                              of_variables ? options_.max_variables : options_.max_constraints,
+                              items, stated, players);
+  if (of_variables || !error.empty()) return error;
+  return apply_min_constraints(options_, items, players);
 }
 
 bool TnlpProblem::starting_point(StartingPoint& start) {
   const bool warm = start.needs_multipliers;
   // What is not asked for still gets an array, as from Ipopt.
-  unread_z_lower_.assign(warm ? 0 : size_of(n_), 0.0);
-  unread_z_upper_.assign(warm ? 0 : size_of(n_), 0.0);
-  unread_lambda_.assign(warm ? 0 : size_of(m_), 0.0);
+  unread_z_lower_.assign(warm ? 0 : at(n_), 0.0);
+  unread_z_upper_.assign(warm ? 0 : at(n_), 0.0);
+  unread_lambda_.assign(warm ? 0 : at(m_), 0.0);
   double* z_lower = warm ? address(start.z_lower) : address(unread_z_lower_);
   double* z_upper = warm ? address(start.z_upper) : address(unread_z_upper_);
   double* lambda = warm ? address(start.lambda) : address(unread_lambda_);
@@ -312,8 +289,8 @@ bool TnlpProblem::user_scaling(UserScaling& scaling) {
   bool scale_variables = false;
   bool scale_constraints = false;
   scaling.objective = 1.0;
-  scaling.variables.assign(size_of(n_), 1.0);
-  scaling.constraints.assign(size_of(m_), 1.0);
+  scaling.variables.assign(at(n_), 1.0);
+  scaling.constraints.assign(at(m_), 1.0);
   const bool ok = model_->get_scaling_parameters(scaling.objective, scale_variables, n_,
                                                  address(scaling.variables), scale_constraints, m_,
                                                  address(scaling.constraints));
@@ -359,13 +336,13 @@ bool TnlpProblem::hessian(std::span<const double> v, bool new_v, double sigma,
 }
 
 const BoxFunctions* TnlpProblem::over_boxes() const {
-  auto* model = dynamic_cast<ModelOverBoxes*>(Ipopt::GetRawPtr(model_));
+  auto* model = dynamic_cast<ModelOverBoxes*>(GetRawPtr(model_));
   return model != nullptr ? model->over_boxes() : nullptr;
 }
 
 bool TnlpProblem::report(const IterationInfo& info) {
   if (info.over_y) {
-    auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_));
+    auto* model = dynamic_cast<MinMaxTNLP*>(GetRawPtr(model_));
     return model == nullptr || model->maximization_callback(info.iteration, info.objective);
   }
   return model_->intermediate_callback(
@@ -382,11 +359,11 @@ void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
                             g.numbers);
 
   // Without a point: the start, the rest NaN.
-  unknown_.assign(size_of(std::max({n_, m_, 1})), kNaN);
+  unknown_.assign(at(std::max({n_, m_, 1})), kNaN);
   const auto address_of = [&](const std::vector<double>& values, Index length) {
-    return values.size() == size_of(length) && length > 0 ? values.data() : unknown_.data();
+    return values.size() == at(length) && length > 0 ? values.data() : unknown_.data();
   };
-  const bool solved = result.v.size() == size_of(n_);
+  const bool solved = result.v.size() == at(n_);
   model_->finalize_solution(status, n_, address_of(solved ? result.v : start_, n_),
                             address_of(result.z_lower, n_), address_of(result.z_upper, n_), m_,
                             address_of(result.constraints, m_), address_of(result.lambda, m_),

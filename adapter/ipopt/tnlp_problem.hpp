@@ -89,8 +89,8 @@ class TnlpProblem : public Problem {
   [[nodiscard]] std::string load_hessian_structure();
   [[nodiscard]] std::string load_nonlinear_variables();
   [[nodiscard]] std::string load_players();
-  [[nodiscard]] std::string load_variable_players(MinMaxTNLP* model);
-  [[nodiscard]] std::string load_constraint_players(MinMaxTNLP* model);
+  [[nodiscard]] std::string read_players(bool of_variables);
+  [[nodiscard]] Index first_index() const { return index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1; }
 
   Ipopt::SmartPtr<Ipopt::TNLP> model_;
   PlayerOptions options_;

@@ -220,7 +220,7 @@ TEST(Summary, SaysWhatTheCertificateFound) {
   result.certificate.full = {4, 5, 1};
   result.certificate.full_expected = {5, 5, 0};
   result.certificate.licq_max = true;
-  const std::string text = log::summary(result);
+  const std::string text = log::summary(result, {}, result.iterations);
   EXPECT_EQ(last_two(text, "Number of Iterations").back(), "9");
   EXPECT_EQ(last_two(text, "Objective").back(), "1.5000000000000000e+00");
   EXPECT_NE(line_with(text, "Second-order test").find("violated"), std::string::npos);
@@ -240,22 +240,23 @@ TEST(Summary, SaysWhatTheCertificateFound) {
                                         .text = "flat: the value is constant along +1 x",
                                         .variables = {0},
                                         .constraints = {}});
-  const std::string more = log::summary(result);
+  const std::string more = log::summary(result, {}, result.iterations);
   EXPECT_NE(line_with(more, "Reason").find("constant along +1 x"), std::string::npos);
   EXPECT_NE(line_with(more, "Answer of the maximizer").find("smooth"), std::string::npos);
 
   result.certificate.least_curvature = 2e-4;
   result.certificate.least_curvature_variable = 1;
-  EXPECT_NE(
-      line_with(log::summary(result), "Least curvature").find("2.0e-04 (of 1), most in variable 1"),
-      std::string::npos);
+  EXPECT_NE(line_with(log::summary(result, {}, result.iterations), "Least curvature")
+                .find("2.0e-04 (of 1), most in variable 1"),
+            std::string::npos);
   ProblemStructure structure;
   structure.variable_names = {"x", "wind[3]"};
-  EXPECT_NE(line_with(log::summary(result, &structure), "Least curvature").find("wind[3]"),
+  EXPECT_NE(line_with(log::summary(result, structure, result.iterations), "Least curvature")
+                .find("wind[3]"),
             std::string::npos);
 
   result.certificate.second_order = SecondOrder::NotTested;
-  EXPECT_EQ(line_with(log::summary(result), "K_yy"), "");
+  EXPECT_EQ(line_with(log::summary(result, {}, result.iterations), "K_yy"), "");
 }
 
 TEST(Work, CountsAndTimes) {
@@ -332,9 +333,10 @@ TEST(Summary, AViolationThatWasNotLookedForIsNotANumber) {
   game.variable_players = {Player::Min, Player::Max};
   Result result;
   result.over_y = {.asked = 8, .functions = 3, .maximizations = 7, .largest_violation = 1.5e-9};
-  EXPECT_NE(log::summary(result, &game).find("largest violation 1.5e-09"), std::string::npos);
+  EXPECT_NE(log::summary(result, game, result.iterations).find("largest violation 1.5e-09"),
+            std::string::npos);
   result.over_y.largest_violation = std::numeric_limits<double>::quiet_NaN();
-  const std::string text = log::summary(result, &game);
+  const std::string text = log::summary(result, game, result.iterations);
   EXPECT_EQ(text.find("violation 1.5"), std::string::npos) << text;
   EXPECT_EQ(text.find("largest violation nan"), std::string::npos) << text;
 }
@@ -343,14 +345,15 @@ TEST(Summary, SaysWhatWasLookedAtOverYAndX) {
   ProblemStructure game;
   game.variable_players = {Player::Min, Player::Max};
   Result result;
-  EXPECT_NE(log::summary(result, &game).find("not searched"), std::string::npos);
+  EXPECT_NE(log::summary(result, game, result.iterations).find("not searched"), std::string::npos);
   result.over_x = {.asked = 20, .made = 7};
   result.over_y = {.asked = 8, .finished = false};
-  EXPECT_NE(log::summary(result, &game).find("7 of 20 starts"), std::string::npos);
-  EXPECT_NE(log::summary(result, &game).find("cut short"), std::string::npos);
+  EXPECT_NE(log::summary(result, game, result.iterations).find("7 of 20 starts"),
+            std::string::npos);
+  EXPECT_NE(log::summary(result, game, result.iterations).find("cut short"), std::string::npos);
   ProblemStructure minimization;
   minimization.variable_players = {Player::Min};
-  EXPECT_EQ(log::summary({}, &minimization).find("Over all y"), std::string::npos);
+  EXPECT_EQ(log::summary({}, minimization, 0).find("Over all y"), std::string::npos);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 //
 // To renew docs/options.md after a change of the tables:
 //     IPMINMAX_WRITE_DOCS=1 build/tests/adapter_options_documentation_test
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -106,6 +107,97 @@ TEST(OptionsText, IsReadableOnATerminal) {
   EXPECT_TRUE(contains(text, "tol                              number in (0, inf)"));
   EXPECT_TRUE(contains(text, "      mumps: MUMPS, sparse with pivoting\n"));
   for (const char c : text) EXPECT_TRUE(c == '\n' || (c >= ' ' && c <= '~'));
+}
+
+/// Markdown: a bar would end the cell, < could begin a tag.
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '|' || c == '*' || c == '<') result += '\\';
+    result += c;
+  }
+  return result;
+}
+
+std::string code(const std::string& text) { return text.empty() ? "" : "`" + text + "`"; }
+
+std::string markdown_row(const OptionInfo& option) {
+  std::string text = escaped(option.text);
+  if (const auto* choice = std::get_if<OptionInfo::Choice>(&option.kind)) {
+    for (std::size_t i = 0; i < choice->names.size(); ++i) {
+      const std::string meaning = escaped(choice->texts[i]);
+      text +=
+          "<br>" + code(std::string(choice->names[i])) + (meaning.empty() ? "" : ": " + meaning);
+    }
+  }
+  return "| `" + std::string(option.name) + "` | " + values_of(option) + " | " +
+         code(default_of(option)) + " | " + text + " |\n";
+}
+
+std::string advice_table(const std::vector<IpoptOptionAdvice>& table) {
+  std::string text = "\n| option | what to know |\n|---|---|\n";
+  const std::vector<OptionInfo> options = list_options();
+  for (const IpoptOptionAdvice& row : table) {
+    std::string names;
+    for (const std::string_view name : row.names) {
+      if (std::ranges::find(options, name, &OptionInfo::name) == options.end())
+        names += (names.empty() ? "`" : ", `") + std::string(name) + "`";
+    }
+    if (!names.empty()) text += "| " + names + " | " + escaped(row.advice) + " |\n";
+  }
+  return text;
+}
+
+/// The list of options as a page with a table per category, and what becomes of options that only
+/// Ipopt has.
+std::string options_markdown() {
+  std::string text =
+      "# Options\n\n"
+      "Names, values and defaults are Ipopt's if the meaning is Ipopt's. Options that Ipopt does "
+      "not have\nbegin with `minmax_`. [`glossary.md`](glossary.md) explains K and K_yy, "
+      "[`algorithm.md`](algorithm.md) names the paper.\n"
+      "`print_options_documentation yes` prints this list. Set options so:\n\n"
+      "| from | how |\n|---|---|\n"
+      "| C++ | `app->Options()->SetNumericValue(name, value)`, `SetIntegerValue`, "
+      "`SetStringValue` |\n"
+      "| C++ core | members of `SolverOptions`: those about the method ([`core.md`](core.md)) |\n"
+      "| Python | `options={\"tol\": 1e-9}` |\n"
+      "| C, CasADi, Pyomo | `IpminmaxAddNumOption(problem, name, value)`; `{\"ipminmax\": {name: "
+      "value}}`; `solver.options[name] = value` |\n"
+      "| a file | one `name value` per line in `ipminmax.opt` of the working folder, a value with "
+      "blanks in double quotes. It has the last word, but not for the executable "
+      "([`ampl.md`](ampl.md)) |\n"
+      "| the executable | `name=value` on the command line, quoted for the shell if the value has "
+      "blanks |\n\n"
+      "Made from the table of options in `core/options.cpp` and "
+      "`adapter/ipopt/application_options.cpp`;\n"
+      "do not edit (`tests/adapter/options_documentation_test.cpp` says how to renew it).\n";
+  std::string_view category;
+  for (const OptionInfo& option : list_options()) {
+    if (option.category != category) {
+      category = option.category;
+      text += "\n## " + std::string(category) +
+              "\n\n| option | value | default | meaning |\n|---|---|---|---|\n";
+    }
+    text += markdown_row(option);
+  }
+  text +=
+      "\n## Options that only Ipopt has\n\n"
+      "They are known by name, whichever version of Ipopt is linked, so that programs and options\n"
+      "files made for Ipopt say what became of them. Setting one to Ipopt's default does "
+      "nothing.\n\n"
+      "Refused (`Invalid_Option`), because they change the problem or what the answer means:\n";
+  text += advice_table(refused_ipopt_option_advice());
+  text +=
+      "\nAccepted with a message, because they only steer Ipopt's own algorithm; `*` stands for "
+      "any\n"
+      "ending, and every other option that Ipopt knows is of this kind:\n";
+  text += advice_table(ignored_ipopt_option_advice());
+  text +=
+      "\nA `linear_solver` that only Ipopt has (`ma27`, `ma86`, `wsmp`, ...) is accepted with "
+      "a\n"
+      "message and means `auto`.\n";
+  return text;
 }
 
 TEST(OptionsMarkdown, IsThePageInDocs) {
@@ -331,7 +423,8 @@ TEST(IpoptOnlyOptions, EveryAdviceIsOnAnOptionThatOnlyIpoptHas) {
     return false;
   };
   for (const auto* table : {&refused_ipopt_option_advice(), &ignored_ipopt_option_advice()}) {
-    for (const IpoptOptionAdvice& row : *table) EXPECT_TRUE(covers(row.name)) << row.name;
+    for (const IpoptOptionAdvice& row : *table)
+      for (const std::string_view name : row.names) EXPECT_TRUE(covers(name)) << name;
   }
 }
 

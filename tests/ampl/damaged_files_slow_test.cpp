@@ -95,7 +95,7 @@ bool is_solved(const std::string& file) {
     application->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(problem)));
     const Result& result = application->LastResult();
     SolutionFile solution = problem->solution_file(result);
-    solution.message = message_of(result, {}, *problem);
+    solution.message = message_of(result, *problem);
     EXPECT_NE(solution.text(), "");
     EXPECT_NE(solution.binary(), "");
     return true;

@@ -861,9 +861,8 @@ TEST_F(AmplExecutable, NamesInAModelThatMaximizesStay) {
            {"a local minmax (Max) of variable 0 (Min", "a local maxmin (Min) of variable 0 (Min"},
        }) {
     result.message = ours;
-    EXPECT_NE(message_of(result, {}, problem).find(" (" + std::string(spoken) + ")"),
-              std::string::npos)
-        << message_of(result, {}, problem);
+    EXPECT_NE(message_of(result, problem).find(" (" + std::string(spoken) + ")"), std::string::npos)
+        << message_of(result, problem);
   }
 }
 

@@ -75,7 +75,7 @@ TEST_F(TruthfulNl, OfRandomGames) {
     EXPECT_EQ(TruthJudge(model, game.options, result, false).untruths(), "")
         << name_of(result.status);
     if (!result.v.empty()) expect_same_file(problem->solution_file(result), result);
-    EXPECT_NE(message_of(result, {}, *problem), "");
+    EXPECT_NE(message_of(result, *problem), "");
   }
 }
 

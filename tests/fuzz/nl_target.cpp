@@ -51,7 +51,7 @@ void solve_briefly(const std::string& file) {
   if (application->Initialize("") != Ipopt::Solve_Succeeded) std::abort();
   application->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(problem)));
   SolutionFile solution = problem->solution_file(application->LastResult());
-  solution.message = message_of(application->LastResult(), application->LastWorstCases(), *problem);
+  solution.message = message_of(application->LastResult(), *problem);
   if (solution.text().empty() || solution.binary().empty()) std::abort();
 }
 
