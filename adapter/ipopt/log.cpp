@@ -344,19 +344,20 @@ namespace {
 std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index constraint) {
   const std::size_t n = structure.variable_players.size();
   const bool is_f = at(constraint) >= structure.constraint_players.size();
-  std::vector<bool> reads(n, is_f);
+  std::vector<bool> reads(n, false);
   const auto mark = [&](const std::vector<Index>& variables, bool value) {
     for (const Index i : variables) reads[at(i)] = value;
   };
-  const RobustScope scope = is_f ? RobustScope() : robust_scope(structure, constraint);
-  if (!scope.followers.empty()) {
-    mark(scope.variables, true);
-    mark(scope.followers, false);
-    mark(scope.idle, false);
-  } else {
-    for (const Triplet& entry : structure.jacobian)
-      if (entry.row == constraint) mark({entry.col}, true);
+  ProblemStructure with_f = structure;
+  if (is_f) {  // as a constraint that reads all of y
+    with_f.constraint_players.push_back(Player::Min);
+    for (std::size_t i = 0; i < n; ++i)
+      with_f.jacobian.push_back({constraint, static_cast<Index>(i)});
   }
+  const RobustScope scope = robust_scope(with_f, constraint);
+  mark(scope.variables, true);
+  mark(scope.followers, false);
+  mark(scope.idle, false);
   std::vector<Index> found;
   for (std::size_t i = 0; i < n; ++i) {
     if (reads[i] && structure.variable_players[i] == Player::Max)

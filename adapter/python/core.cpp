@@ -334,7 +334,6 @@ class Problem {
 
   /// Why the solve stopped, what the point is, what was looked at over y and over x.
   [[nodiscard]] std::vector<std::string> statements() const {
-    if (!problem_->answered) return {};
     const auto found = ipminmax::statements(problem_->application->LastResult());
     return {found.begin(), found.end()};
   }

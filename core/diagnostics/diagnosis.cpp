@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -76,7 +77,7 @@ std::string find_wrong_gradient(CanonicalProblem& canonical, const Eigen::Vector
          "\ntry derivative_test first-order";
 }
 
-std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
+std::optional<std::string> find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
   const Eigen::VectorXd v = canonical.starting_point().v;
   const Eigen::VectorXd lambda = canonical.starting_point().lambda;
   Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
@@ -96,7 +97,7 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
     return "the second derivatives in " + canonical.column_name(wrong->index) +
            " look wrong at the last point" + beside(*wrong) + "\ntry derivative_test second-order";
   }
-  return "first and second derivatives agree with differences there";
+  return std::string();
 }
 
 /// Says where the model is undefined a small step of Min's variables away, as far as bounds allow:
@@ -165,7 +166,7 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   const bool has_hessian = problem.structure().has_hessian &&
                            (options.hessian_approximation == HessianApproximation::Unset ||
                             options.hessian_approximation == HessianApproximation::Exact);
-  std::string help = unmet_by_max(problem.structure(), options, result);
+  std::string help = unmet(problem.structure(), options, result);
   if (help.empty()) {
     help = remedies(problem.structure(), result);
   } else {
@@ -182,14 +183,25 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
     cause = undefined_beside(canonical);
     if (cause.empty()) cause = few_digits(canonical);
   }
-  if (!cause.empty() && kink) {  // in place of the first line, which speaks of kinks
+  const auto drop_first_line = [&] {  // which speaks of kinks
     const std::string rest =
         result.message.substr(std::min(result.message.find('\n'), result.message.size()));
-    result.message = std::string(name_of(result.status)) + rest + '\n' + cause;
+    result.message = std::string(name_of(result.status)) + rest;
+  };
+  if (!cause.empty() && kink) {
+    drop_first_line();
+    result.message += '\n' + cause;
     return;
   }
   if (!cause.empty()) help = std::move(cause);
-  const std::string verdict = built ? find_wrong_derivative(canonical, has_hessian) : "";
+  const auto wrong = built ? find_wrong_derivative(canonical, has_hessian) : std::nullopt;
+  std::string verdict = wrong.value_or("");
+  if (wrong && wrong->empty())
+    verdict = "first and second derivatives agree with differences there";
+  if (wrong && !wrong->empty()) {  // the cause, whatever else is seen
+    help.clear();
+    if (kink) drop_first_line();
+  }
   for (const std::string& text : {verdict, help}) {
     if (text.empty()) continue;
     if (result.message.empty()) result.message = std::string(name_of(result.status));

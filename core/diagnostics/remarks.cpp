@@ -129,22 +129,28 @@ std::string at_possible_kink(const ProblemStructure& s) {
 
 }  // namespace
 
-std::string unmet_by_max(const ProblemStructure& s, const SolverOptions& options,
-                         const Result& result) {
+std::string unmet(const ProblemStructure& s, const SolverOptions& options, const Result& result) {
   if (result.status != Status::NoLocalMinmaxFound && result.status != Status::InnerUnbounded)
     return {};
-  std::size_t worst = 0;
-  double most = options.constr_viol_tol;
-  for (const auto j : indices(result.constraints)) {
-    const double g = result.constraints[j];
-    const double outside = excess(g, s.constraint_lower[j], s.constraint_upper[j]);
-    if (s.constraint_players[j] == Player::Max && outside > most) most = outside, worst = j;
+  for (const Player of : {Player::Max, Player::Min}) {
+    std::size_t worst = 0;
+    double most = options.constr_viol_tol;
+    for (const auto j : indices(result.constraints)) {
+      const double g = result.constraints[j];
+      const double outside = excess(g, s.constraint_lower[j], s.constraint_upper[j]);
+      if (s.constraint_players[j] == of && outside > most) most = outside, worst = j;
+    }
+    if (!(most > options.constr_viol_tol)) continue;
+    const std::string where =
+        constraint_name(s, static_cast<Index>(worst)) + " by " + number_text(most, 3);
+    return of == Player::Max
+               ? "Max's constraints are not met at this x, " + where +
+                     ": no y may satisfy them there\n"
+                     "should they restrict Min, or should one of their variables be Min's?"
+               : "Min's constraints are not met where the search ended, " + where +
+                     "\ncheck whether they can be met, or begin elsewhere (minmax_starts)";
   }
-  if (!(most > options.constr_viol_tol)) return {};
-  return "Max's constraints are not met at this x, " +
-         constraint_name(s, static_cast<Index>(worst)) + " by " + number_text(most, 3) +
-         ": no y may satisfy them there\n"
-         "should they restrict Min, or should one of their variables be Min's?";
+  return {};
 }
 
 std::string remedies(const ProblemStructure& s, const Result& result) {
@@ -168,6 +174,8 @@ std::string remedies(const ProblemStructure& s, const Result& result) {
     }
     if (largest >= 0)
       text = "the disturbance wins: f grows with " + variable_name(s, largest) + "\n";
+    if (result.over_y.functions > 0 && !result.worst_cases.empty())  // a robust constraint
+      return "what may help: bounds for Max's variables, or feedback for Min";
   }
   return text +
          "what may help: a higher price of Max's variables in f (find_price finds the least one), "

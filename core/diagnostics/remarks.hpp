@@ -17,10 +17,10 @@ namespace ipminmax {
 /// choice or read what may be states that Max should own. The structure must be valid.
 [[nodiscard]] std::vector<std::string> split_remarks(const ProblemStructure& structure);
 
-/// Where a game ended without a local minmax: Max's constraint that is violated most there, if any
-/// is. No price helps then.
-[[nodiscard]] std::string unmet_by_max(const ProblemStructure& structure,
-                                       const SolverOptions& options, const Result& result);
+/// Where a game ended without a local minmax: the constraint that is violated most there, of Max if
+/// any of his is, else of Min. No price helps then. Empty: all hold.
+[[nodiscard]] std::string unmet(const ProblemStructure& structure, const SolverOptions& options,
+                                const Result& result);
 
 /// Returns what may help a game that ended without a local minmax, in the user's terms: mistakes in
 /// who owns what, the disturbance that f grows with, prices. Empty: no advice, or another status.

@@ -20,8 +20,18 @@ constexpr std::size_t kMostSaid = 6;
 
 std::string number(double value) { return number_text(value, 8); }
 
-constexpr const char* kOverBranches =
-    "\nminmax_epigraph yes, with minmax_worst_case_starts, minimizes the largest of the maxima";
+/// Unless that was done.
+std::string over_branches(const Result& result) {
+  if (result.over_y.branches > 0) return {};
+  return "\nminmax_epigraph yes, with minmax_worst_case_starts, minimizes the largest of the "
+         "maxima";
+}
+
+/// Whether f was seen to vary with y.
+bool varies(const WorstCase& found) {
+  return found.competing != 1 || found.branches.size() < 2 ||
+         found.branches.front() != found.branches.back();
+}
 
 /// "(a, b, c, ...)"
 std::string list(const std::vector<double>& values, std::size_t most) {
@@ -41,7 +51,7 @@ std::string describe_worst_case(const Result& result) {
     return "value " + number(result.objective) +
            " is a local worst case only: the y of another start, y = " + list(found.y, kMostSaid) +
            ", gives " + number(found.value) +
-           " at this x\nminmax_worst_case_starts N searches for others" + kOverBranches;
+           " at this x\nminmax_worst_case_starts N searches for others" + over_branches(result);
   }
   const std::string searched = " in " + std::to_string(found.starts) + " maximization" +
                                (found.starts == 1 ? "" : "s") + " over y";
@@ -60,8 +70,7 @@ std::string describe_worst_case(const Result& result) {
            ", with K_yy of the right inertia at every iterate: f looks concave in y here";
   } else if (found.v.empty()) {
     text = "no maximum over y was found at this x" + searched;
-  } else if (found.competing == 1 && found.branches.size() > 1 &&
-             found.branches.front() == found.branches.back()) {  // f does not vary with y
+  } else if (!varies(found)) {
     return "f has the same value at every y seen" + searched;
   } else {
     text = "no higher maximum over y was found at this x" + searched + " (" +
@@ -76,7 +85,7 @@ std::string describe_worst_case(const Result& result) {
             " of them share the largest: the worst case may have a kink at this x, where "
             "minmax_epigraph yes goes on";
   } else if (found.higher) {
-    text += kOverBranches;
+    text += over_branches(result);
   }
   return text;
 }
@@ -117,8 +126,10 @@ std::string looked_over_y(const Result& result) {
           "; far from a limit only the last worst case was followed, the oldest full search was " +
           count(y.age, "solve") + " ago";
   }
-  if (!of_objective.empty()) text += (text.empty() ? "" : "; ") + of_objective;
+  const bool tells_f = text.empty() || varies(result.worst_case);
+  if (!of_objective.empty() && tells_f) text += (text.empty() ? "" : "; ") + of_objective;
   for (const WorstCaseProof& proof : y.proofs) {
+    if (proof.constraint < 0 && !tells_f) continue;
     text += "; " + (proof.constraint < 0 ? "f" : "constraint " + std::to_string(proof.constraint)) +
             (proof.least ? ", its least value, " : " ") + proof.message;
   }

@@ -15,6 +15,8 @@ namespace ipminmax {
 namespace {
 
 constexpr double kLargest = std::numeric_limits<double>::max();
+constexpr std::string_view kConstraints = "the vector of constraints";
+constexpr std::string_view kJacobian = "the Jacobian of the constraints";
 
 }  // namespace
 
@@ -39,10 +41,34 @@ bool CanonicalProblem::load(const Eigen::VectorXd& v) {
   return bad < 0;
 }
 
-std::string CanonicalProblem::evaluation_error() const {
+std::string CanonicalProblem::undefined_function(std::string_view function) {
+  constexpr std::size_t kMostRows = 1000;
+  const bool of_jacobian = function == kJacobian;
+  const std::size_t m = model_g_.size();
+  std::string text(function);
+  if ((!of_jacobian && function != kConstraints) || m > kMostRows) return text;
+  Index first = -1;
+  std::size_t undefined = 0;
+  for (Index row = 0; row < static_cast<Index>(m); ++row) {
+    const std::span one(&row, 1);
+    ++(of_jacobian ? counts_.jacobian : counts_.constraints);
+    const bool defined = ask([&] {
+      return of_jacobian ? problem_.jacobian_rows(one, model_v_, true, model_jacobian_)
+                         : problem_.constraint_rows(one, model_v_, true, model_g_);
+    });
+    if (defined) continue;
+    if (undefined++ == 0) first = row;
+  }
+  // Where single rows are not evaluated all are undefined.
+  if (undefined == 0 || (undefined == m && m > 1)) return text;
+  return (of_jacobian ? "the Jacobian of " : "") + constraint_name(first);
+}
+
+std::string CanonicalProblem::evaluation_error() {
   const EvaluationFailure& failure = evaluation_failure_;
   std::string text(failure.function);
-  if (failure.status == EvaluationStatus::Undefined) return text + " is undefined";
+  if (failure.status == EvaluationStatus::Undefined)
+    return undefined_function(failure.function) + " is undefined";
   const auto name = [&](Index variable) { return variable_name(model_variable(variable)); };
   if (failure.row >= 0 && failure.col >= 0) text += " of " + row_name(failure.row);
   text += " is NaN or infinite";
@@ -77,7 +103,7 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
     ++counts_.constraints;
     constraints_point_.clear();
     if (!ask([&] { return problem_.constraints(model_v_, take_new_point(), model_g_); })) {
-      return undefined("the vector of constraints");
+      return undefined(kConstraints);
     }
   }
   for (Index j = 0; j < constraints(); ++j) {
@@ -128,7 +154,7 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
   if (!model_g_.empty()) {
     ++counts_.jacobian;
     if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
-      return undefined("the Jacobian of the constraints");
+      return undefined(kJacobian);
     }
   }
   const Index* source = map_.jacobian_source.data();

@@ -205,7 +205,7 @@ class CanonicalProblem : Kept<CanonicalArrays> {
     return model_v_;
   }
   /// Names the function and entry of the last evaluation that was not Ok.
-  [[nodiscard]] std::string evaluation_error() const;
+  [[nodiscard]] std::string evaluation_error();
 
   /// Whether a call of the model has begun and not ended: an exception on its way is the model's.
   [[nodiscard]] bool inside_model() const { return inside_model_; }
@@ -307,6 +307,8 @@ class CanonicalProblem : Kept<CanonicalArrays> {
     evaluation_failure_ = failure;
     return EvaluationStatus::NotFinite;
   }
+  /// How messages call it: by the first constraint that is undefined, where that can be told.
+  std::string undefined_function(std::string_view function);
   EvaluationStatus undefined(std::string_view function) {
     evaluation_failure_ = {.function = function, .status = EvaluationStatus::Undefined};
     return EvaluationStatus::Undefined;

@@ -122,8 +122,8 @@ std::string CanonicalProblem::scale_gradients() {
   if (constraints() > 0 && !model_g_.empty()) {
     ++counts_.jacobian;
     if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
-      return fail(Status::EvaluationFailed,
-                  "the Jacobian of the constraints is undefined at the starting point");
+      return fail(Status::EvaluationFailed, undefined_function("the Jacobian of the constraints") +
+                                                " is undefined at the starting point");
     }
   }
   for (const auto k : indices(map_.jacobian)) {

@@ -79,7 +79,8 @@ constexpr std::array kRows = {
               "give that player more variables or fewer equations"},
     StatusRow{Status::OutOfMemory, "out of memory", "Not enough memory."},
     StatusRow{Status::WorstCaseNotMet, "a worst case over y is not met",
-              "A worst case over y is known that the point does not meet.", 504}};
+              "The worst case over y is not met, or not known to be.", 504, Group::End,
+              "make more starts over y (minmax_worst_case_starts), or begin elsewhere"}};
 
 constexpr bool is_in_order() {
   for (std::size_t i = 0; i < kRows.size(); ++i) {

@@ -94,6 +94,16 @@ class RowOverY final : public Restructured {
     return true;
   }
 
+  // Entries are not the model's.
+  [[nodiscard]] bool constraint_rows(std::span<const Index>, std::span<const double> v, bool new_v,
+                                     std::span<double> g) override {
+    return constraints(v, new_v, g);
+  }
+  [[nodiscard]] bool jacobian_rows(std::span<const Index>, std::span<const double> v, bool new_v,
+                                   std::span<double> values) override {
+    return jacobian(v, new_v, values);
+  }
+
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool,
                              std::span<double> values) override {

@@ -173,7 +173,7 @@ struct OneStart {
     }
     if (!own.empty()) {
       undefined.message +=
-          ", nor at " + std::to_string(options.minmax_max_restarts) + " other points";
+          ", and at " + std::to_string(options.minmax_max_restarts) + " other points, too";
     }
     return undefined;
   }

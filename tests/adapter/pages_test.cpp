@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -22,6 +23,32 @@ std::vector<std::string> lines_of(const std::string& page) {
   for (std::string line; std::getline(file, line);) lines.push_back(line);
   EXPECT_FALSE(lines.empty()) << page;
   return lines;
+}
+
+/// A file of the repository, as pages name it: from its top, from core/, or as an installed header.
+bool is_there(const std::string& name) {
+  const std::filesystem::path root(IPMINMAX_SOURCE_DIR);
+  for (const char* folder : {"", "core", "examples", "examples/python", "tests"})
+    if (std::filesystem::exists(root / folder / name)) return true;
+  return false;
+}
+
+TEST(Pages, NameFilesThatAreThere) {
+  const std::regex file(
+      R"(((?:ipminmax/)?(?:adapter|bench|core|examples|linalg|method|search|tests)/[\w./-]+\.(?:cpp|c|hpp|h|md|nl|py|sh)))");
+  int names = 0;
+  for (const auto& page : std::filesystem::directory_iterator(IPMINMAX_SOURCE_DIR "/docs")) {
+    if (page.path().extension() != ".md") continue;
+    for (const std::string& line : lines_of(page.path().filename().string())) {
+      for (std::sregex_iterator found(line.begin(), line.end(), file), end; found != end; ++found) {
+        std::string name = found->str(1);
+        if (name.starts_with("ipminmax/")) name.erase(0, std::string("ipminmax/").size());
+        EXPECT_TRUE(is_there(name)) << page.path().filename() << ": " << name;
+        ++names;
+      }
+    }
+  }
+  EXPECT_GT(names, 50);
 }
 
 TEST(LogPage, DefinesEveryColumn) {

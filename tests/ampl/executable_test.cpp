@@ -217,7 +217,7 @@ TEST_F(AmplExecutable, UndefinedValuesAndDerivativesDoNotEndIt) {
   of_constraint.rows = "2 0\n";
   of_constraint.segments = "x1\n0 -1\n";
   EXPECT_EQ(solve(of_constraint), 0);
-  EXPECT_TRUE(printed("the Jacobian of the constraints is undefined")) << out_;
+  EXPECT_TRUE(printed("the Jacobian of constraint 0 (_scon[1]) is undefined")) << out_;
   // At 0 sqrt(v) has a value and no derivative.
   parts = minimize("o0\no39\nv0\no5\nv0\nn2\n");
   parts.segments = "x1\n0 0\n";
@@ -662,7 +662,7 @@ TEST_F(AmplExecutable, OptionsOfIpoptsExecutable) {
   of_constraint.rows = "2 0\n";
   of_constraint.segments = "x1\n0 -1\n";
   EXPECT_EQ(solve(of_constraint), 0);
-  EXPECT_TRUE(printed("the Jacobian of the constraints is undefined")) << out_;
+  EXPECT_TRUE(printed("the Jacobian of constraint 0 (_scon[1]) is undefined")) << out_;
   // At 0 sqrt(v) has a value and no derivative.
   undefined = minimize("o39\nv0\n");
   undefined.segments = "x1\n0 0\n";

@@ -134,6 +134,21 @@ class WithoutDerivatives(unittest.TestCase):
                     constraints=Constraint(counted(lambda x, y: x[0] * (2.0 + y[0])), ub=1.0))
                 self.assertEqual(result.nfev, calls[0])
 
+    def test_messages_say_what_to_do(self):
+        unbounded = minimize_minmax(lambda x, y: -x[0] - y[0] ** 2, [1.0], [1.0])
+        self.assertIn("\ngive x bounds", unbounded.message)
+        twice = [Constraint(lambda x, y: a * x[0], lb=1.0, ub=1.0) for a in (1.0, 2.0)]
+        few = minimize_minmax(lambda x, y: x[0] ** 2 - y[0] ** 2, [1.0], [1.0], constraints=twice)
+        self.assertIn("fewer equations", few.message)
+        self.assertEqual(len(few.statements), 4)
+
+    def test_no_price_helps_where_constraints_contradict_each_other(self):
+        rows = [Constraint(lambda x, y, a=a: a * (x[0] + x[1]), lb=b, ub=b) for a, b in ((1.0, 1.0), (2.0, 3.0))]
+        result = minimize_minmax(lambda x, y: x[0] ** 2 + x[1] ** 2 - y[0] ** 2, [1.0, 1.0], [0.5], constraints=rows)
+        self.assertFalse(result.success)
+        self.assertNotIn("find_price", result.message)
+        self.assertNotIn("kink", result.message)
+
     def test_many_calls_ask_for_derivatives(self):
         def chain(x, y):
             return ((x[1:] - x[:-1]) ** 2).sum() + ((x - 1.0) ** 2).sum() + (x * y).sum() - (y * y).sum()

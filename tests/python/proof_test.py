@@ -46,6 +46,14 @@ class OverAllOfY(unittest.TestCase):
         self.assertGreaterEqual(proof.proved, proof.seen)
         self.assertIn("proved over all y", result.statements[2])
 
+    def test_of_an_objective_without_y_nothing_is_told(self):
+        result = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2, [0.1], [0.2], bounds_y=(-1.0, 1.0), options=PROOF,
+                                 constraints=Constraint(lambda x, y: x[0] + 0.1 * y[0], ub=0.5, player="min"))
+        self.assertTrue(result.success, result.message)
+        self.assertIn("constraint 0 proved over all y", result.statements[2])
+        self.assertNotIn("f proved", result.statements[2])
+        self.assertNotIn("every y seen", result.statements[2])
+
     def test_of_the_objective_by_the_class_problem(self):
         class Game(Problem):
             def objective(self, v):

@@ -464,7 +464,8 @@ def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
     return v0, {"x": v0, "g": np.full(m, np.nan), "obj_val": np.nan, "mult_g": np.zeros(m), "mult_x_L": np.zeros(v0.size),
                 "mult_x_U": np.zeros(v0.size), "status": _core.STATUS_OF_TIME_LIMIT, "status_name": "max wall time",
                 "status_msg": message, "interrupted": False, "certificate": Certificate.nothing(message),
-                "worst_case": None, "worst_cases": [], "proofs": [], "points": [], "statements": [message],
+                "worst_case": None, "worst_cases": [], "proofs": [], "points": [],
+                "statements": [message, "no point", "cut short before any y was looked at", "0 starts"],
                 "history": np.zeros((0, 5)), "statistics": {"iterations": 0}, "derivative_error": None}
 
 
@@ -540,7 +541,8 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
 
     worst = info["worst_case"]
     higher = worst is not None and worst["higher"]
-    message = [info["status_msg"]]
+    why = info["statements"][0]  # with what may help
+    message = [why if why.startswith(info["status_msg"]) else info["status_msg"]]
     if higher and "worse" not in info["status_msg"]:
         message.append("another y is worse at this x" + (
             f": fun = {worst['value']:.9g} there" if worst["value"] is not None else ""))
