@@ -166,28 +166,30 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   const bool has_hessian = problem.structure().has_hessian &&
                            (options.hessian_approximation == HessianApproximation::Unset ||
                             options.hessian_approximation == HessianApproximation::Exact);
+  const bool kink = result.status == Status::NoLocalMinmaxFound;
+  const auto drop_first_line = [&] {  // which speaks of kinks
+    const std::string rest =
+        result.message.substr(std::min(result.message.find('\n'), result.message.size()));
+    result.message = std::string(name_of(result.status)) + rest;
+  };
   std::string help = unmet(problem.structure(), options, result);
+  if (help.empty() && kink && !joins_players(problem.structure()))
+    help = "check whether f has a minimum over x, or begin elsewhere (minmax_starts)";
   if (help.empty()) {
     help = remedies(problem.structure(), result);
   } else {
-    result.message.clear();  // which speaks of kinks
+    drop_first_line();
   }
   AtResult at(problem, &result);
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   const bool built = canonical.build().empty();
-  const bool kink = result.status == Status::NoLocalMinmaxFound;
   std::string cause;
   if (built && (kink || result.status == Status::TinyStep ||
                 result.status == Status::InertiaCorrectionFailed)) {
     cause = undefined_beside(canonical);
     if (cause.empty()) cause = few_digits(canonical);
   }
-  const auto drop_first_line = [&] {  // which speaks of kinks
-    const std::string rest =
-        result.message.substr(std::min(result.message.find('\n'), result.message.size()));
-    result.message = std::string(name_of(result.status)) + rest;
-  };
   if (!cause.empty() && kink) {
     drop_first_line();
     result.message += '\n' + cause;

@@ -153,6 +153,17 @@ std::string unmet(const ProblemStructure& s, const SolverOptions& options, const
   return {};
 }
 
+bool joins_players(const ProblemStructure& s) {
+  const auto is_joint = [&](Triplet entry) {
+    return s.variable_players[at(entry.row)] != s.variable_players[at(entry.col)];
+  };
+  const auto reads_other = [&](Triplet entry) {
+    return s.constraint_players[at(entry.row)] != s.variable_players[at(entry.col)];
+  };
+  return !s.has_hessian || std::ranges::any_of(s.hessian, is_joint) ||
+         std::ranges::any_of(s.jacobian, reads_other);
+}
+
 std::string remedies(const ProblemStructure& s, const Result& result) {
   const std::size_t n = s.variable_players.size();
   const bool kink = result.status == Status::NoLocalMinmaxFound;

@@ -22,6 +22,9 @@ namespace ipminmax {
 [[nodiscard]] std::string unmet(const ProblemStructure& structure, const SolverOptions& options,
                                 const Result& result);
 
+/// Whether f or a constraint may join the players' variables; else max over y of f has no kink.
+[[nodiscard]] bool joins_players(const ProblemStructure& structure);
+
 /// Returns what may help a game that ended without a local minmax, in the user's terms: mistakes in
 /// who owns what, the disturbance that f grows with, prices. Empty: no advice, or another status.
 [[nodiscard]] std::string remedies(const ProblemStructure& structure, const Result& result);

@@ -66,7 +66,8 @@ std::string VariableMap::index_variables(const ProblemStructure& s, const Solver
     if (equations > free[max]) {
       std::ostringstream text;
       text << "too few degrees of freedom: the " << (max ? "Max" : "Min") << " player has "
-           << free[max] << " free variables and " << equations << " equality constraints";
+           << free[max] << " free variable" << (free[max] == 1 ? "" : "s") << " and " << equations
+           << " equality constraints";
       return text.str();
     }
   }

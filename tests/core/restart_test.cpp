@@ -181,7 +181,8 @@ TEST(Restarts, AModelThatIsDefinedNowhereSaysSo) {
   const Result result = solve(problem, SolverOptions{});
   EXPECT_EQ(result.status, Status::EvaluationFailed) << result.message;
   EXPECT_TRUE(result.v.empty());
-  EXPECT_NE(result.message.find("and at 20 other points, too"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("and at 20 other points, too"), std::string::npos)
+      << result.message;
 }
 
 TEST(Restarts, AreNotForMinimizers) {

@@ -149,6 +149,11 @@ class WithoutDerivatives(unittest.TestCase):
         self.assertNotIn("find_price", result.message)
         self.assertNotIn("kink", result.message)
 
+    def test_no_price_helps_where_players_have_nothing_in_common(self):
+        result = minimize_minmax(lambda x, y: np.exp(-x[0]) + 1.0 / (1.0 + x[1] ** 2) - y[0] ** 2, [0.0, 0.0], [0.5])
+        self.assertNotIn("find_price", result.message)
+        self.assertNotIn("kink", result.message)
+
     def test_many_calls_ask_for_derivatives(self):
         def chain(x, y):
             return ((x[1:] - x[:-1]) ** 2).sum() + ((x - 1.0) ** 2).sum() + (x * y).sum() - (y * y).sum()
