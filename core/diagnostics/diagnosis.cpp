@@ -1,6 +1,7 @@
 #include "core/diagnostics/diagnosis.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -134,29 +135,40 @@ std::string undefined_beside(CanonicalProblem& canonical) {
   return {};
 }
 
-/// Says that f carries fewer digits than a double: it stays the same over a step whose slope says
-/// that it changes. Three values and one gradient. Empty: not so, or it cannot be told.
+/// Says which function carries fewer digits than a double: it stays the same over a small part of a
+/// step over which it changes, and not over a larger part. Four values. Empty: none does, or it
+/// cannot be told.
 std::string few_digits(CanonicalProblem& canonical) {
-  constexpr double kChange = 1e-11;       // of f, by its slope: far below the rounding of a float
-  constexpr double kRoundingOfV = 1e-13;  // a shorter step, relative to its variable, is lost
+  constexpr double kAside = 1e-2;  // of each variable's length
+  constexpr double kPart = 1e-7;   // of that step: below the rounding of a float
+  constexpr double kLarge = 1e-3;  // of it: over which only what is constant stays the same
+  constexpr double kSeen = 2e-5;   // change over the step, beside the value, whose part is seen
   const Eigen::VectorXd v = canonical.starting_point().v;
-  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
-  if (canonical.objective(v, here.f) != EvaluationStatus::Ok || here.f == 0.0 ||
-      canonical.first_derivatives(v, here) != EvaluationStatus::Ok) {
-    return {};
+  Eigen::VectorXd there = v;  // slacks stay
+  const Eigen::VectorXd moved = aside(canonical, v, kAside);
+  for (const IndexRange range : {canonical.x(), canonical.y()})
+    there.segment(range.begin, range.size()) = moved.segment(range.begin, range.size());
+  std::array<double, 4> f{};
+  std::array<Eigen::VectorXd, 4> c;
+  const std::array<Eigen::VectorXd, 4> points = {v, there, there + kPart * (there - v),
+                                                 there + kLarge * (there - v)};
+  for (const auto k : indices(points)) {
+    c[k] = Eigen::VectorXd::Zero(canonical.constraints());
+    if (canonical.objective(points[k], f[k]) != EvaluationStatus::Ok ||
+        canonical.constraints(points[k], c[k]) != EvaluationStatus::Ok) {
+      return {};
+    }
   }
-  Eigen::Index i = 0;
-  const double slope = here.gradient.cwiseAbs().maxCoeff(&i);
-  const double step = kChange * std::abs(here.f) / slope;
-  if (!std::isfinite(step) || step < kRoundingOfV * std::abs(v[i])) return {};
-  for (const double sign : {-1.0, 1.0}) {
-    Eigen::VectorXd there = v;
-    there[i] += sign * step;
-    double f = 0.0;
-    if (canonical.objective(there, f) != EvaluationStatus::Ok || f != here.f) return {};
-  }
-  return "the objective is rounded to few digits: it stays the same over a small step of " +
-         canonical.column_name(static_cast<Index>(i)) + "\ncompute it in double precision";
+  const auto is_rounded = [&](double before, double here, double beside, double farther) {
+    return here == beside && here != farther && std::abs(here - before) > kSeen * std::abs(here);
+  };
+  std::string name = is_rounded(f[0], f[1], f[2], f[3]) ? "the objective" : "";
+  for (Index j = 0; name.empty() && j < canonical.constraints(); ++j)
+    if (is_rounded(c[0][j], c[1][j], c[2][j], c[3][j])) name = canonical.row_name(j);
+  if (name.empty()) return {};
+  return name +
+         " is rounded to few digits: it stays the same over a small step\ncompute it in double "
+         "precision";
 }
 
 }  // namespace

@@ -154,6 +154,14 @@ class WithoutDerivatives(unittest.TestCase):
         self.assertNotIn("find_price", result.message)
         self.assertNotIn("kink", result.message)
 
+    def test_constraints_in_single_precision_are_named(self):
+        row = Constraint(lambda x, y: float(np.float32(x[0] + y[0] + 0.1 * np.sin(y[0]) * x[0])), ub=1.0, player="min")
+        result = minimize_minmax(lambda x, y: (x[0] - 3.0) ** 2 + 0.1 * x[0] * y[0] - y[0] ** 2, [0.5], [0.1],
+                                 bounds_y=(-1.0, 1.0), constraints=row, options={"minmax_max_restarts": 0})
+        if not result.success:
+            self.assertIn("constraints[0]) is rounded to few digits", result.message)
+            self.assertNotIn("find_price", result.message)
+
     def test_many_calls_ask_for_derivatives(self):
         def chain(x, y):
             return ((x[1:] - x[:-1]) ** 2).sum() + ((x - 1.0) ** 2).sum() + (x * y).sum() - (y * y).sum()
