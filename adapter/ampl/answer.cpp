@@ -94,8 +94,8 @@ std::string name_of_optimum(bool maximizes, const NlProblem& problem) {
 }
 
 /// The end of the model's name, or of a copy's, that begins at a place in a message of core, which
-/// writes "variable 3 (name)", "constraint 3 (name)" and "variable 3 (name@2)"; that place where
-/// there is none.
+/// writes "variable 3 (name)", "constraint 3 (name)" and "variable 3 (name in worst case 2)"; that
+/// place where there is none.
 std::size_t end_of_name(const std::string& message, std::size_t begin, const NlProblem& problem) {
   constexpr std::size_t kShortest = 4, kMostDigits = 9;  // "0 (", and of an int
   if (begin < kShortest || message.compare(begin - 2, 2, " (") != 0) return begin;

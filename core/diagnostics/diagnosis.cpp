@@ -185,12 +185,13 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
     result.message = std::string(name_of(result.status)) + rest;
   };
   std::string help = unmet(problem.structure(), options, result);
-  if (help.empty() && kink && !joins_players(problem.structure()))
+  const bool joined = joins_players(problem.structure());
+  if (help.empty() && kink && !joined)
     help = "check whether f has a minimum over x, or begin elsewhere (minmax_starts)";
-  if (help.empty()) {
-    help = remedies(problem.structure(), result);
-  } else {
+  if (!help.empty()) {
     drop_first_line();
+  } else if (joined) {
+    help = remedies(problem.structure(), result);
   }
   AtResult at(problem, &result);
   const SolverOptions own = unscaled_at_the_point(options);

@@ -23,7 +23,7 @@ inline Label label_of_copy(const std::vector<std::string>& names, const std::vec
                            Index i, std::size_t copy) {
   const bool named = at(i) < names.size() && !names[at(i)].empty();
   return {.number = at(i) < numbers.size() ? numbers[at(i)] : i,
-          .name = (named ? names[at(i)] + "@" : "copy ") + std::to_string(copy)};
+          .name = (named ? names[at(i)] + " in " : "") + "worst case " + std::to_string(copy)};
 }
 
 /// Adds the label of the element with index size.

@@ -854,7 +854,8 @@ TEST_F(AmplExecutable, NamesInAModelThatMaximizesStay) {
   NlProblem problem(path("model.nl"), -1);
   Result result;
   for (const auto& [ours, spoken] : {
-           std::pair{"variable 0 (Min@2) of Min", "variable 0 (Min@2) of Max"},
+           std::pair{"variable 0 (Min in worst case 2) of Min",
+                     "variable 0 (Min in worst case 2) of Max"},
            {"variable 0 (Min) is Max's", "variable 0 (Min) is Min's"},
            {"variable 7 (Min) of Max", "variable 7 (Max) of Min"},  // no such variable
            {"(Min) minimizes, 0 (Max", "(Max) maximizes, 0 (Min"},

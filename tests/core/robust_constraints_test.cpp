@@ -373,7 +373,8 @@ TEST(RobustConstraint, ReasonsNameWhatTheModelHasNotTheCopy) {
     }
     EXPECT_TRUE(about_y);
     EXPECT_LT(result.certificate.least_curvature_variable, 2);
-    EXPECT_NE(reasons.front().text.find(named ? "variable 1 (y@1)" : "variable 1 (copy 1)"),
+    EXPECT_NE(reasons.front().text.find(named ? "variable 1 (y in worst case 1)"
+                                              : "variable 1 (worst case 1)"),
               std::string::npos)
         << reasons.front().text;
   }

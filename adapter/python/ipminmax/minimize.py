@@ -80,6 +80,7 @@ class _Game:
         self.recorded: Optional[Recorded] = None
         self.not_recorded = ""  #: a function that was another one at the answer
         self.solves = 0
+        self.kept_owners: Any = None  #: those of the first solve
         self.anew: Any = None  #: makes game and problem anew
         self.options: Dict[str, Any] = {}
         self.problem: Any = None  #: returns the problem
@@ -161,17 +162,23 @@ class _Game:
         if self.recorded is not None and not self.recorded.update():  # other operations
             problem.take(self.anew())
             problem._game.solves = self.solves
-            return
-        self.clock = _Clock(self.options)
-        for name in {"max_wall_time", "max_cpu_time"} & set(self.options):
-            problem.add_option(name, self.options[name])
+        problem._game.clock = _Clock(problem._options)
+        for name in {"max_wall_time", "max_cpu_time"} & set(problem._options):
+            problem._core.add_option(name, problem._options[name])
 
     def end(self, info: Dict[str, Any]) -> None:
         """After each solve but the first, which is checked elsewhere."""
-        if self.recorded is not None and self.solves > 1 and np.all(np.isfinite(info["x"])):
-            wrong = self.recorded.differs_at(info["x"])
-            if wrong:
-                refute(info, f"{wrong} is not the formula that was recorded before the solve")
+        if self.solves == 1 or not np.all(np.isfinite(info["x"])):
+            return
+        self.clock = _Clock({})
+        wrong = ""
+        if self.recorded is not None:
+            name = self.recorded.differs_at(info["x"])
+            wrong = f"{name} is not the formula that was recorded before the solve" if name else ""
+        elif info["status"] in (0, 1) and self.complex_steps_fail(info["x"]):
+            wrong = "complex steps are wrong near the answer; the next solve uses differences"
+        if wrong:
+            refute(info, wrong)
 
     def _timed(self, function: Callable[..., Any], v: Vector, *more: Any) -> Any:
         self.clock.check()
@@ -282,6 +289,8 @@ class _Game:
 
     def owners(self) -> Optional[npt.NDArray[np.intc]]:
         """Returns the owners of the constraints: as given, else Max if the Jacobian can have an entry in y."""
+        if self.kept_owners is not None and self.kept_owners.size == len(self.places):
+            return self.kept_owners
         owners: List[npt.NDArray[np.intc]] = []
         for row in self.rows:
             if row.player is not None:
@@ -453,7 +462,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
 def _solve(game: _Game, problem: Problem, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
     for name, left in zip(("max_wall_time", "max_cpu_time"), game.clock.left()):
         if left < 1e19:
-            problem.add_option(name, max(left, 1e-6))
+            problem._core.add_option(name, max(left, 1e-6))
     return problem.solve(v0)
 
 
@@ -649,10 +658,12 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
 
     def new_problem() -> Problem:
         again = new_game()
+        again.kept_owners = owners[0]
         again.set_functions(jac, rows, hess_pattern is None and (hess is None or hasattr(fun, "is_ours")))
         again.anew = new_problem
         return _problem(again, hess, hess_pattern, callback, dict(options))
 
+    owners: List[Any] = []
     game = new_game()
     game.anew = new_problem
     problem = None
@@ -660,6 +671,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
         for may_record in (hess_pattern is None and (hess is None or hasattr(fun, "is_ours")), False):
             game.set_functions(jac, rows, may_record)
             problem = _problem(game, hess, hess_pattern, callback, dict(options))
+            owners[:] = [game.owners()]
             v, info = _checked(game, problem, v0, check_derivatives)
             if not game.not_recorded:
                 break

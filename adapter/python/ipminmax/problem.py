@@ -178,6 +178,8 @@ class Problem:
     """
 
     check_derivatives: bool = True
+    _is_new: bool = False  #: nothing was solved since take
+    _scaling: Any = None
     _game: Any = None  #: where the functions are those of minimize_minmax: told of each solve
     _solving = False  #: from the first call of a user's function to the last
 
@@ -264,8 +266,9 @@ class Problem:
                             g_scaling: Any = None) -> None:
         """Sets factors of f, of the variables (n) and of the constraints (m). They need the option
         nlp_scaling_method user-scaling."""
-        self._core.set_scaling(float(obj_scaling), None if x_scaling is None else to_floats(x_scaling, "x_scaling"),
-                               None if g_scaling is None else to_floats(g_scaling, "g_scaling"))
+        self._scaling = (float(obj_scaling), None if x_scaling is None else to_floats(x_scaling, "x_scaling"),
+                         None if g_scaling is None else to_floats(g_scaling, "g_scaling"))
+        self._core.set_scaling(*self._scaling)
 
     def set_bounds(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None) -> None:
         """Sets bounds for the next solves, n or m numbers each; None: unchanged."""
@@ -336,17 +339,19 @@ class Problem:
     def take(self, other: "Problem") -> None:
         """Solves another problem from now on, with the bounds and options of this one."""
         self._solver, self._methods, self._jacobian_places = other._solver, other._methods, other._jacobian_places
-        self._game, other._solver = other._game, None
+        self._game, self._is_new, other._solver = other._game, True, None
         self._game.problem = weakref.ref(self)
         self._core.set_bounds(*self._bounds)
         for keyword, value in self._options.items():
             self._core.add_option(keyword, value)
+        if self._scaling is not None:
+            self._core.set_scaling(*self._scaling)
 
     def _solve_from(self, given: List[Vector], again: bool) -> Tuple[Vector, Dict[str, Any]]:
         interrupted, core = False, self._core
         if self._game is not None:
             self._game.begin(self)
-            again, core = again and core is self._core, self._core
+            again, core, self._is_new = again and not self._is_new, self._core, False
         try:
             wrong = self._wrong_derivative(given[0], given[0])
             if wrong is not None:
