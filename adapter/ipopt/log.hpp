@@ -16,11 +16,7 @@
 namespace ipminmax::log {
 
 /// As std::printf prints it.
-#if defined(__GNUC__)
-__attribute__((format(printf, 1, 2)))
-#endif
-[[nodiscard]] std::string
-format(const char* pattern, ...);
+[[nodiscard, gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
 
 /// Name, version and licence of the program.
 [[nodiscard]] std::string banner();
