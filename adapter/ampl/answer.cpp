@@ -219,7 +219,11 @@ std::string message_of(const Result& result, NlProblem& problem) {
   } else {
     message << status;
   }
-  if (first != name_of(result.status)) message << " (" << spoken(first) << ")";
+  const std::string_view name = name_of(result.status);
+  if (first.starts_with(std::string(name) + ": "))
+    message << " (" << spoken(first.substr(name.size() + 2)) << ")";
+  else if (first != name)
+    message << " (" << spoken(first) << ")";
   if (!problem.has_player(Player::Max) && split_warning(problem).empty())
     message << (problem.maximizes() ? "; no Min variable: a maximization"
                                     : "; no Max variable: a minimization")

@@ -61,6 +61,7 @@ class NlProblem : public MinMaxTNLP,
   }
   /// Whether the file has the suffix player of variables.
   [[nodiscard]] bool has_player_suffix() const { return has_player_suffix_; }
+  [[nodiscard]] bool gives_constraints_to_max() const override { return !max_constraints_.empty(); }
   /// A suffix of variables whose name is nearly that one; empty without.
   [[nodiscard]] std::string misspelt_suffix() const;
   /// Name of a variable that the model wants integer and that is continuous here; empty without.

@@ -48,6 +48,9 @@ class CallbackTNLP : public MinMaxTNLP,
   explicit CallbackTNLP(CallbackDefinition d) : definition(std::move(d)) {}
 
   [[nodiscard]] const BoxFunctions* over_boxes() override { return boxes; }
+  [[nodiscard]] bool gives_constraints_to_max() const override {
+    return !definition.constraint_players.empty();
+  }
 
   CallbackDefinition definition;
   const BoxFunctions* boxes = nullptr;  ///< the functions over boxes, where they are known

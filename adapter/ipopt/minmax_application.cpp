@@ -648,7 +648,9 @@ struct MinMaxApplication::Implementation {
     printed(J_SOLUTION, [&] {
       return log::summary(result, problem.structure(), as_ipopt ? told - 1 : result.iterations);
     });
-    if (is_printed(J_SUMMARY, J_SOLUTION)) {
+    const auto* players = dynamic_cast<const OptionalPlayers*>(GetRawPtr(model));
+    const bool is_known = players != nullptr && players->gives_constraints_to_max();
+    if (is_printed(J_SUMMARY, J_SOLUTION) && !is_known) {
       if (const std::string text = coupled_remark(problem.structure()); !text.empty())
         print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
     }
