@@ -82,7 +82,6 @@ class _Game:
         self.solves = 0
         self.kept_owners: Any = None  #: those of the first solve
         self.anew: Any = None  #: makes game and problem anew
-        self.options: Dict[str, Any] = {}
         self.problem: Any = None  #: returns the problem
 
     def split(self, v: Any) -> Tuple[Any, Any]:
@@ -652,7 +651,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
 
     def new_game() -> _Game:
         game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
-        game.options, game.given_names = options, dict(given)
+        game.given_names = dict(given)
         game.names = given.get("x", game.names[:game.nx]) + given.get("y", game.names[game.nx:])
         return game
 
