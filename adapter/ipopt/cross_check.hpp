@@ -118,7 +118,8 @@ struct CrossCheck {
 
 /// Lets Ipopt try to improve the maximizer's variables of a point v (n entries), without a solve.
 /// The structure of the problem has to be one that solve does not refuse (InvalidProblem). Throws
-/// std::invalid_argument if v has another size or an option is invalid, std::runtime_error if the objective is undefined at v.
+/// std::invalid_argument if v has another size or an option is invalid, std::runtime_error if the
+/// objective is undefined at v.
 [[nodiscard]] InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double>& v,
                                                     const CrossCheckSettings& settings = {});
 

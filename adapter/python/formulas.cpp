@@ -1,6 +1,6 @@
 // Functions written with NumPy's operations, recorded once: they are called with an array of
-// Formula objects, and what they compute is evaluated, differentiated and bounded over boxes without
-// Python from then on. What cannot be recorded raises TypeError: branches on values, float().
+// Formula objects, and what they compute is evaluated, differentiated and bounded over boxes
+// without Python from then on. What cannot be recorded raises TypeError: branches on values, float().
 #include "formulas.hpp"
 
 #include <pybind11/numpy.h>
@@ -215,13 +215,14 @@ class Recording {
 
   /// Throws if there are kinks, or second derivatives cost more than calls do.
   void require_derivatives(bool by_rows) const {
-    double products = 0.0;
+    ProductCount count{std::vector<bool>(graph_->operations.size()),
+                       std::vector<std::vector<Index>>(graph_->operations.size())};
     if (by_rows) {
-      for (std::size_t j = 0; j < rows(); ++j) count_products(needed_[j], products);
+      for (std::size_t j = 0; j < rows(); ++j) count_products(needed_[j], count);
     } else {
-      count_products(needed_.back(), products);
+      count_products(needed_.back(), count);
     }
-    count_products(needed_[rows()], products);
+    count_products(needed_[rows()], count);
   }
 
   template <class T>
@@ -246,18 +247,22 @@ class Recording {
     return graph_->operations[static_cast<std::size_t>(k)];
   }
 
+  /// wanted, reads: of each operation, empty between sets.
+  struct ProductCount {
+    std::vector<bool> wanted;
+    std::vector<std::vector<Index>> reads;
+    double products = 0.0;
+  };
   /// Of all operations with second derivatives |da| |db|, and what the sparse gradients of their
   /// operands take.
-  void count_products(const std::vector<Index>& set, double& products) const {
-    std::vector<bool> wanted(graph_->operations.size());
-    std::vector<std::vector<Index>> reads(graph_->operations.size());
+  void count_products(const std::vector<Index>& set, ProductCount& count) const {
+    auto& [wanted, reads, products] = count;
     const auto want = [&](Index node) {
       if (node >= graph_->inputs) wanted[at(node)] = true;
     };
     const auto is_linear = [](Kind kind) { return kind == Kind::Add || kind == Kind::Subtract; };
     for (const Index k : std::views::reverse(set)) {
       if (operation(k).kind == Kind::Abs) throw py::type_error("abs has a kink");
-      if (operation(k).kind == Kind::Constant) continue;
       if (is_linear(operation(k).kind) && !wanted[static_cast<std::size_t>(k)]) continue;
       want(operation(k).a);
       want(operation(k).b);
@@ -268,8 +273,7 @@ class Recording {
     };
     for (const Index k : set) {
       const auto& [kind, is_total, a, b, value] = operation(k);
-      if (kind == Kind::Constant || (is_linear(kind) && !wanted[static_cast<std::size_t>(k)]))
-        continue;
+      if (is_linear(kind) && !wanted[static_cast<std::size_t>(k)]) continue;
       const std::vector<Index> of_a = of(a), of_b = of(b);
       if (!is_linear(kind))
         products += static_cast<double>(of_a.size()) * static_cast<double>(of_b.size());
@@ -278,10 +282,14 @@ class Recording {
       products += static_cast<double>(reads[static_cast<std::size_t>(k)].size());
       if (products > kMostProducts) throw py::type_error("second derivatives cost too much");
     }
+    for (const Index k : set) {
+      wanted[static_cast<std::size_t>(k)] = false;
+      reads[static_cast<std::size_t>(k)].clear();
+    }
   }
 
-  /// Sums of many numbers as trees: the gradients of all that was added so far would take the square
-  /// of their number.
+  /// Sums of many numbers as trees: the gradients of all that was added so far would take the
+  /// square of their number.
   void balance_sums() {
     const std::vector<Operation> given = std::exchange(graph_->operations, {});
     const auto is_sum = [](const Operation& one) {
@@ -359,7 +367,6 @@ class Recording {
       const Index k = open.back();
       open.pop_back();
       found.push_back(k);
-      if (operation(k).kind == Kind::Constant) continue;
       visit(operation(k).a);
       visit(operation(k).b);
     }
