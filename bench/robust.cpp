@@ -32,9 +32,11 @@
 namespace bench {
 namespace {
 
+using ipminmax::Budget;
 using ipminmax::Player;
 using ipminmax::ProblemStructure;
 using ipminmax::RobustCopies;
+using ipminmax::RobustScopes;
 using ipminmax::testing::CountingProblem;
 
 constexpr int kStarts = 20;  // of each maximization over y
@@ -173,7 +175,7 @@ Found solve_by_cutting_sets(Problem& model, const std::vector<double>& start, do
   const std::vector<bool> reads_y(start.size(), false);
   Maximizer maximizer(counted, found);
   IpoptMinimizer ipopt(kTolerance);
-  Budget budget{SolverOptions{}};
+  Budget budget{ipminmax::SolverOptions{}};
   std::vector<RobustCopies::WorstCase> scenarios;
   std::vector<double> v = start;
   for (const Index row : rows) {
