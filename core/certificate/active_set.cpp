@@ -25,6 +25,18 @@ void ActiveBounds::hold(Index i) {
   side[at(i)] = 0;
 }
 
+bool ActiveBounds::exceeds_variables(const CanonicalProblem& canonical) const {
+  constexpr Index kMostPerVariable = 2;  // a vertex has one; where a few rows are repeated, more
+  Index active = 0, variables = 0;
+  for (Index j = 0; j < canonical.constraints(); ++j)
+    active += canonical.slack_of(j) < 0 && !is_left_out(j);
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    active += of[at(i)] == BoundClass::Active;
+    variables += !is_slack(canonical, i);
+  }
+  return active > kMostPerVariable * variables;
+}
+
 Index ActiveBounds::weak(const CanonicalProblem& canonical, Player player) const {
   Index count = 0;
   for (Index i = 0; i < canonical.variables(); ++i) {

@@ -52,6 +52,12 @@ struct ActiveBounds {
   [[nodiscard]] bool is_strict() const {
     return std::ranges::find(of, BoundClass::WeaklyActive) == of.end();
   }
+  /// Whether active bounds and equations are so many more than the variables that they are no
+  /// degenerate point's, but a wrong guess.
+  [[nodiscard]] bool exceeds_variables(const CanonicalProblem& canonical) const;
+  [[nodiscard]] bool is_clear(const CanonicalProblem& canonical) const {
+    return is_strict() && !exceeds_variables(canonical);
+  }
   /// Weakly active bounds of a player.
   [[nodiscard]] Index weak(const CanonicalProblem& canonical, Player player) const;
   [[nodiscard]] BoundClass operator[](Index i) const { return of[at(i)]; }

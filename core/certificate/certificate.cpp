@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <utility>
 
 #include "core/certificate/trial.hpp"
@@ -44,7 +45,7 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
   trial.scaling = variable_scaling(c.canonical, trial.point.iterate.v, trial.point.evaluation,
                                    c.arrays.scaling);
   guess_active_set(c, trial);
-  if (!trial.set.is_strict()) return FirstLook::Unclear;
+  if (!trial.set.is_clear(c.canonical)) return FirstLook::Unclear;
   ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation,
                          &c.arrays.system);
   double asked = std::max({kInTols * c.options.minmax_curvature_tol, c.margin(),
@@ -195,10 +196,18 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
   c.hessian_error = canonical.hessian_error(point.iterate.v, point.iterate.lambda);
   TrialPoint own, *trial = &arrays.trial;
   trial->begin(canonical, point, mu);
-  SecondOrder verdict = judge(c, trial, own);
-  // Wrong second derivatives may be why nothing could be decided.
-  if (verdict == SecondOrder::Undecided || verdict == SecondOrder::Flat)
-    examine_unclear_curvature(c, nullptr);
+  SecondOrder verdict = SecondOrder::Undecided;
+  try {
+    verdict = judge(c, trial, own);
+    // Wrong second derivatives may be why nothing could be decided.
+    if (verdict == SecondOrder::Undecided || verdict == SecondOrder::Flat)
+      examine_unclear_curvature(c, nullptr);
+  } catch (const std::bad_alloc&) {  // what was solved stays solved
+    verdict = SecondOrder::Undecided;
+    c.reasons.add(Kind::Effort, Player::Min, "the test ran out of memory");
+    trial->moved.reset();
+    trial->inner = trial->full = Inertia{};
+  }
   Finding finding;
   const bool disagrees = c.wrong_row && verdict != SecondOrder::Violated;
   if (disagrees) {

@@ -261,7 +261,10 @@ std::optional<TrialPoint> with_guessed_set(TestContext& c) {
   guess_active_set(c.canonical, c.options, c.given.iterate, here.scaling, 1.0, here.set);
   here.hold_inactive();
   // Of Max those no farther than what they were relaxed by stay weakly active.
-  if (here.set.weak(c.canonical, Player::Min) > 0 || !take_up_set(c, here)) return {};
+  if (here.set.weak(c.canonical, Player::Min) > 0 || here.set.exceeds_variables(c.canonical) ||
+      !take_up_set(c, here)) {
+    return {};
+  }
   for (int steps = 0; c.may_factorize(kToConfirm);) {
     ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
     settle_active_set(c, here, system);
@@ -294,14 +297,14 @@ SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
   };
   c.kkt.begin_pivoting();
   trial.begin(c.canonical, c.given, c.arrays.trial.mu);
-  if (!is_far && !c.arrays.trial.set.is_strict()) {
+  if (!is_far && !c.arrays.trial.set.is_clear(c.canonical)) {
     if (auto guessed = with_guessed_set(c)) {
       trial = std::move(*guessed);
       return certified(c, true, trial);
     }
   }
   TrialPoint start;
-  if (!begin(c, is_far || !c.arrays.trial.set.is_strict(), start)) return undefined();
+  if (!begin(c, is_far || !c.arrays.trial.set.is_clear(c.canonical), start)) return undefined();
   const TrialPoint first = start;
   TrialPoint here = start;
   std::optional<TrialPoint> right;  // but farther from the point than its accuracy allows

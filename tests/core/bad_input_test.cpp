@@ -544,6 +544,22 @@ TEST_P(BadEvaluation, OutOfMemoryIsAStatus) {
   EXPECT_EQ(solve(problem, GetParam().options()).status, Status::OutOfMemory);
 }
 
+TEST(Memory, ThatEndsInTheCertificateLeavesTheSolution) {
+  Faulty problem;
+  const Result solved = solve(problem, SolverOptions{});
+  ASSERT_EQ(solved.status, Status::Solved) << solved.message;
+  int left = solved.iterations + 1;  // calls for the steps
+  problem.before = [&](const std::string& function) {
+    if (function == "hessian" && --left == -1) throw std::bad_alloc();
+  };
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.status, Status::SolvedDegenerate) << name_of(result.status);
+  EXPECT_NEAR(result.objective, solved.objective, 1e-8);
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Undecided);
+  ASSERT_FALSE(result.certificate.reasons.empty());
+  EXPECT_EQ(result.certificate.reasons.front().text, "the test ran out of memory");
+}
+
 INSTANTIATE_TEST_SUITE_P(EveryFunction, BadEvaluation, ::testing::ValuesIn(settings()),
                          [](const auto& instance) {
                            const Setting& s = instance.param;

@@ -214,5 +214,25 @@ TEST(HessiansOfTheTest, AreOneOrTwo) {
   EXPECT_GE(hessians_of_test(quadratic, {16.0 / 13.0, -2.0 / 13.0}), 1);
 }
 
+/// At the optimum four of 102 inequalities are active, where z / s in units that grow with 1 /
+/// sqrt(curvature) calls all of them active.
+TEST(Certificate, OfAFitAtManyPointsTakesFewFactorizations) {
+  Model model;
+  const Expression t = model.variable(Player::Min, "t");
+  const Expression a = model.variable(Player::Min, "a"), b = model.variable(Player::Min, "b");
+  model.objective(t);
+  for (int k = 0; k <= 50; ++k) {
+    const double w = k / 50.0 - 0.5;
+    const Expression error = a * exp(w * b) - 1.0 / (1.0 + w);
+    model.constraint(error - t, -kNoBound, 0.0);
+    model.constraint(error + t, 0.0, kNoBound);
+  }
+  AutodiffProblem problem(model, {0.0, 0.0, 0.0});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.status, Status::Solved) << name_of(result.status);
+  EXPECT_NEAR(result.objective, 0.08715205, 1e-8);
+  EXPECT_LE(result.counts.factorizations_for(FactorizationCause::Certificate).full, 5);
+}
+
 }  // namespace
 }  // namespace ipminmax::testing
