@@ -3,31 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <utility>
 
 #include "core/model/compare.hpp"
-#include "core/model/indices.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
-namespace {
-
-/// The variables by which points are told apart.
-std::vector<std::size_t> places(const ProblemStructure& structure, bool by_x) {
-  std::vector<std::size_t> places;
-  for (const auto i : indices(structure.variable_players)) {
-    if (!by_x || structure.variable_players[i] == Player::Min) places.push_back(i);
-  }
-  return places;
-}
-
-}  // namespace
-
 std::vector<double> max_part(const ProblemStructure& structure, const std::vector<double>& v) {
   std::vector<double> values;
-  for (const auto i : indices(v)) {
-    if (structure.variable_players[i] == Player::Max) values.push_back(v[i]);
-  }
+  for (const std::size_t i : variables_of(structure, Player::Max)) values.push_back(v[i]);
   return values;
 }
 
@@ -60,7 +46,8 @@ bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); 
 
 void add_distinct(const ProblemStructure& structure, const VariableRanges& ranges, bool by_x,
                   double tol, Index start, Result&& result, std::vector<DistinctPoint>& points) {
-  const std::vector<std::size_t> compared = places(structure, by_x);
+  std::vector<std::size_t> compared = variables_of(structure, Player::Min);
+  if (!by_x) std::ranges::copy(variables_of(structure, Player::Max), std::back_inserter(compared));
   const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
     return same_point(result.v, point.result.v, ranges, compared, tol);
   });

@@ -151,9 +151,8 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
     if (!gap.message.empty()) return kNaN;
     const double sign = player == Player::Max ? 1.0 : -1.0;
     const auto is_better = [&](const std::vector<double>& point) {
-      std::vector<double> g(held.structure().constraint_lower.size());
       double f = kNaN;
-      return is_feasible(held, options, point, g) && held.objective(point, false, f) &&
+      return is_feasible(held, options, point) && held.objective(point, false, f) &&
              clearly_greater(sign * f, sign * found.objective, range,
                              options.minmax_worst_case_tol);
     };

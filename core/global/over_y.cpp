@@ -51,24 +51,6 @@ struct Beside {
   bool looked = false;
 };
 
-/// Whether the maximizer has constraints other than equations.
-bool has_inequality(const ProblemStructure& s, const SolverOptions& options) {
-  for (const auto j : indices(s.constraint_lower)) {
-    const bool bounded = s.constraint_lower[j] > options.nlp_lower_bound_inf ||
-                         s.constraint_upper[j] < options.nlp_upper_bound_inf;
-    if (bounded && s.constraint_lower[j] < s.constraint_upper[j]) return true;
-  }
-  return false;
-}
-
-/// Whether Y may consist of several parts, of which the starts may see a few: Max has constraints
-/// beside the equations by which states follow from variables in boxes.
-bool may_be_disconnected(const ProblemStructure& s, std::size_t boxed, std::size_t free,
-                         const SolverOptions& options) {
-  if (s.constraint_lower.empty()) return false;
-  return has_inequality(s, options) || boxed == 0 || count_equations(s) > free - boxed;
-}
-
 /// Whether so many maximizations ended at few maxima, far from the limit.
 bool is_far(const MaximaOverY& found, double limit) {
   const auto distinct = static_cast<Index>(found.heights().size());
@@ -94,11 +76,10 @@ bool is_worth_more(const MaximaOverY& found, double limit, Index made) {
 /// Empty where the constraints do not hold, or the function is undefined.
 std::optional<double> value_where_feasible(Problem& inner, const SolverOptions& options,
                                            const std::vector<double>& v, Counts& counts) {
-  std::vector<double> g(inner.structure().constraint_lower.size());
   double value = 0.0;
   ++counts.objective;
   ++counts.constraints;
-  if (is_feasible(inner, options, v, g) && inner.objective(v, false, value)) return value;
+  if (is_feasible(inner, options, v) && inner.objective(v, false, value)) return value;
   return {};
 }
 
@@ -161,15 +142,9 @@ class MaximizationOverY {
         limit_(limit),
         own_(starting_values(inner)),
         sampled_(with_bounds_of_rows(inner, own_, context.work.counts)),
-        ranges_(sampled_) {
-    for (const auto i : indices(s_.variable_lower)) {
-      if (s_.variable_lower[i] < s_.variable_upper[i]) free_.push_back(i);
-    }
-    const std::size_t boxed = boxed_variables(s_, options_).size();
-    is_boxed_ = boxed == free_.size();
-    is_connected_ = !may_be_disconnected(s_, boxed, free_.size(), options_);
-    follows_ = is_connected_ && count_equations(s_) + boxed == free_.size();
-    has_branches_ = count_equations(s_) > 0 && !context_.complete;
+        ranges_(sampled_),
+        y_(set_of_y(s_, options_)),
+        has_branches_(y_.equations > 0 && !context.complete) {
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
@@ -181,7 +156,7 @@ class MaximizationOverY {
 
   [[nodiscard]] MaximaOverY run(Index starts, std::vector<std::vector<double>> given) {
     if (starts > 1 && !options_.minmax_concave_in_y) {
-      auto corner = best_corner(inner_, options_);
+      auto corner = best_corner(inner_, y_);
       if (!corner) corner = best_corner_held();
       if (corner) given.push_back(std::move(*corner));
     }
@@ -195,7 +170,7 @@ class MaximizationOverY {
       return looks_longer && is_worth_more(found_, *limit_, start);
     };
     const auto goes_on = [&] {
-      const bool may_end = looks_longer && is_connected_ && !has_branches_;
+      const bool may_end = looks_longer && y_.is_connected() && !has_branches_;
       return (start < count && !(may_end && is_far(found_, *limit_))) ||
              (start < kMostStartsOfRows && may_be_higher());
     };
@@ -246,8 +221,9 @@ class MaximizationOverY {
   /// parameters: the corner of these with the largest value, by a solve that holds them there for
   /// each. One that diverges, as on an unstable trajectory, may be worse than all others.
   [[nodiscard]] std::optional<std::vector<double>> best_corner_held() {
-    const std::vector<std::size_t> boxed = boxed_variables(s_, options_);
-    if (own_.empty() || boxed.empty() || boxed.size() > kMostHeld || is_boxed_ || !is_connected_)
+    const std::vector<std::size_t>& boxed = y_.boxed;
+    if (own_.empty() || boxed.empty() || boxed.size() > kMostHeld || y_.is_box() ||
+        !y_.is_connected())
       return {};
     held_ = boxed;
     std::optional<Result> best;
@@ -285,7 +261,7 @@ class MaximizationOverY {
   /// unless single variables lead away from Y at once. Empty: what follows diverges.
   [[nodiscard]] std::vector<double> drawn(Index start, SolverOptions& options) {
     if (held_.empty()) {
-      if (auto corner = corner_in_step(s_, options_, own_, ++corners_)) {
+      if (auto corner = corner_in_step(s_, y_, own_, ++corners_)) {
         options = staying_near(options, kMuBeside);
         return std::move(*corner);
       }
@@ -298,9 +274,8 @@ class MaximizationOverY {
       Result result = solve_held(std::move(moved));
       return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
     }
-    const bool climbs = start % 2 == 0 && limit_ && !found_.maxima.empty() &&
-                        count_equations(s_) == 0 &&
-                        boxed_variables(s_, options_).size() > kMostHeld;
+    const bool climbs = start % 2 == 0 && limit_ && !found_.maxima.empty() && y_.equations == 0 &&
+                        y_.boxed.size() > kMostHeld;
     if (!climbs) return v;
     options = staying_near(options, kMuBeside);
     return start_above(inner_, options_, center(found_.maxima), std::move(v), number,
@@ -312,7 +287,7 @@ class MaximizationOverY {
   [[nodiscard]] std::vector<double> higher_sample() {
     constexpr Index kPoints = 32;
     std::vector<double> best;
-    if (own_.empty() || count_equations(s_) > 0) return best;
+    if (own_.empty() || y_.equations > 0) return best;
     double highest = found_.highest();
     for (Index k = 1; k <= kPoints; ++k) {
       std::vector<double> v = random_start(sampled_, own_, kMostStartsOfRows + k, options_);
@@ -421,9 +396,9 @@ class MaximizationOverY {
       const std::size_t n = context_.told.variable_players.size();
       if (n < info.v.size()) {
         told.v = info.v.first(n);
-        told.result = [this, n, &info] {
+        told.result = [this, &info] {
           Result result = info.result();
-          cut(n, context_.told.constraint_players.size(), result);
+          cut(context_.told, result);
           return result;
         };
       }
@@ -438,7 +413,7 @@ class MaximizationOverY {
     if (own_.empty()) return false;
     std::vector<double> there = v;
     for (const double times : {1e3, 1e6, 1e9}) {
-      for (const std::size_t i : free_) {
+      for (const std::size_t i : y_.free) {
         there[i] = std::clamp(own_[i] + times * (v[i] - own_[i]), s_.variable_lower[i],
                               s_.variable_upper[i]);
       }
@@ -451,17 +426,17 @@ class MaximizationOverY {
   void add(const Result& result) {
     using enum Status;
     const bool runs_away =
-        !is_boxed_ && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
-                       result.status == DivergingIterates);
+        !y_.is_box() && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
+                         result.status == DivergingIterates);
     const bool maximum = is_success(result.status);
     found_.maximized = found_.maximized || maximum || runs_away;
     if (maximum || runs_away) highest_maximum_ = std::max(highest_maximum_, result.objective);
     found_.single_branch = found_.single_branch && maximum;
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-    if (runs_away || (maximum && !certified && limit_ && !is_boxed_ && !follows_)) {
+    if (runs_away || (maximum && !certified && limit_ && !y_.is_box() && !y_.follows_box())) {
       // Far away and infeasible, nothing is seen of f.
       double size = 0.0;
-      for (const std::size_t i : free_) size = std::max(size, std::abs(result.v[i]));
+      for (const std::size_t i : y_.free) size = std::max(size, std::abs(result.v[i]));
       const bool seen = result.error.primal <= options_.constr_viol_tol * size;
       if (seen && (!limit_ || exceeds_farther_out(result.v))) found_.unbounded = true;
     }
@@ -483,7 +458,7 @@ class MaximizationOverY {
     if (context_.witnesses != nullptr) context_.witnesses->add(v);
     ranges_.see(v);
     for (WorstCaseMaximum& known : found_.maxima) {
-      if (!same_point(v, known.v, ranges_, free_, options_.minmax_distinct_tol) ||
+      if (!same_point(v, known.v, ranges_, y_.free, options_.minmax_distinct_tol) ||
           !found_.is_as_high(value, known.value)) {
         continue;
       }
@@ -508,11 +483,8 @@ class MaximizationOverY {
   std::vector<double> own_;   ///< where the problem starts; empty: nowhere
   ProblemStructure sampled_;  ///< inner_'s, with all bounds that are known
   VariableRanges ranges_;
-  std::vector<std::size_t> free_;  ///< variables that are not held
-  bool is_boxed_ = false;          ///< these all have two bounds: none of them can run away
-  bool is_connected_ = true;       ///< boxes, and states that follow from variables in them
-  bool follows_ = false;           ///< equations determine what has not two bounds
-  bool has_branches_ = false;      ///< these are not known to be explicit
+  SetOfY y_;
+  bool has_branches_;  ///< equations are not known to be explicit
   SearchStructure structure_;
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away
@@ -540,13 +512,14 @@ std::vector<double> MaximaOverY::heights() const {
   return values;
 }
 
-void cut(std::size_t n, std::size_t m, Result& result) {
-  for (auto* values : {&result.v, &result.z_lower, &result.z_upper}) {
-    if (values->size() > n) values->resize(n);
-  }
-  for (auto* values : {&result.lambda, &result.constraints}) {
-    if (values->size() > m) values->resize(m);
-  }
+void cut(const ProblemStructure& model, Result& result) {
+  const auto shorten = [](std::vector<double>& values, std::size_t most) {
+    if (values.size() > most) values.resize(most);
+  };
+  for (auto* values : {&result.v, &result.z_lower, &result.z_upper})
+    shorten(*values, model.variable_players.size());
+  for (auto* values : {&result.lambda, &result.constraints})
+    shorten(*values, model.constraint_players.size());
 }
 
 Index starts_over_y_of_rows(const SolverOptions& options) {
@@ -606,10 +579,10 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
                                                  const RobustScopes& scopes, const RowUnits& units,
                                                  const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
-  const auto scan_in = [&](const RobustScope& scope, Index row, int side, double bound,
-                           double accepted) {
+  const auto scan_in = [&](const RobustScope& scope, const RobustBound& of) {
     MaximaOverY scan;
     if (context.budget.used_up()) return scan;
+    const auto& [row, side, bound, accepted] = of;
     std::vector<std::vector<double>> given;
     for (const RobustCopies::WorstCase& other : known) {
       if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
@@ -656,34 +629,30 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
     }
     return scan;
   };
-  // Where a trajectory that goes on diverges y is not Max's.
-  const auto scan_side = [&](Index row, int side, double bound, double accepted) {
-    RobustScope scope = scopes.of(row);
-    MaximaOverY scan = scan_in(scope, row, side, bound, accepted);
-    if (!scan.completed) {
-      scope = scopes.all_of(row);
-      scan = scan_in(scope, row, side, bound, accepted);
+  const auto scan_side = [&](const RobustBound& of) {
+    RobustScope scope = scopes.of(of.constraint);
+    MaximaOverY scan = scan_in(scope, of);
+    if (!scan.completed) {  // where a trajectory that goes on diverges y is not Max's
+      scope = scopes.all_of(of.constraint);
+      scan = scan_in(scope, of);
     }
     if (scope.idle.empty() || !scope.follows.empty() || starts == 0) return scan;
     // What is idle may decide which y have a solution of the equations at all.
     scope.idle.clear();
-    MaximaOverY other = scan_in(scope, row, side, bound, accepted);
+    MaximaOverY other = scan_in(scope, of);
     return other.is_higher(other.highest(), scan.highest()) ? other : scan;
   };
   std::vector<MaximaOverY> scans;
   for (const Index row : robust_constraints(s)) {
     const double lower = s.constraint_lower[at(row)], upper = s.constraint_upper[at(row)];
     for (const int side : {1, -1}) {
-      const bool bounded = side > 0 ? upper < context.options.nlp_upper_bound_inf
-                                    : lower > context.options.nlp_lower_bound_inf;
-      if (!bounded) continue;
       const double bound = side > 0 ? upper : -lower;
-      const double accepted = bound + relaxation(bound, upper - lower, context.options);
-      MaximaOverY& scan = scans.emplace_back(scan_side(row, side, bound, accepted));
-      scan.constraint = row;
-      scan.side = side;
-      scan.bound = bound;
-      scan.accepted = accepted;
+      if (!(bound < (side > 0 ? context.options.nlp_upper_bound_inf
+                              : -context.options.nlp_lower_bound_inf)))
+        continue;
+      const RobustBound of{row, side, bound,
+                           bound + relaxation(bound, upper - lower, context.options)};
+      static_cast<RobustBound&>(scans.emplace_back(scan_side(of))) = of;
     }
   }
   return scans;

@@ -61,8 +61,16 @@ struct MaximizationContext {
   std::function<bool(std::vector<double>&)> complete{};
 };
 
+/// A bounded side of a robust constraint.
+struct RobustBound {
+  Index constraint = -1;
+  int side = 1;           ///< 1: of the upper bound, -1: of the lower one
+  double bound = 0.0;     ///< of side times the constraint
+  double accepted = 0.0;  ///< the bound, relaxed
+};
+
 /// What maximizing f, or side times a robust constraint, over y at one x has found.
-struct MaximaOverY {
+struct MaximaOverY : RobustBound {
   std::vector<WorstCaseMaximum> maxima;     ///< distinct, the largest value first
   std::vector<std::vector<double>> starts;  ///< where the maximizations began, n values each
   /// Of the values at the feasible points that the maximizations went through.
@@ -82,12 +90,8 @@ struct MaximaOverY {
   double tol = 0.0;  ///< of the range: values that differ by less are as high
 
   // Of a robust constraint:
-  Index constraint = -1;
-  int side = 1;           ///< 1: of the upper bound, -1: of the lower one
-  double bound = 0.0;     ///< of side times the constraint
-  double accepted = 0.0;  ///< the bound, relaxed
-  double spread = 0.0;    ///< of the values seen in the last full search; the model's units
-  Index age = 0;          ///< solves since that search
+  double spread = 0.0;  ///< of the values seen in the last full search; the model's units
+  Index age = 0;        ///< solves since that search
 
   [[nodiscard]] bool is_higher(double value, double other) const {
     return clearly_greater(value, other, range, tol);
@@ -149,8 +153,8 @@ void look_for_worst_case(Problem& problem, Index starts,
 /// (gap.hpp). Work is added, iterations apart; the listener hears nothing.
 void add_gap(Problem& model, const SolverOptions& options, Budget& budget, Result& result);
 
-/// Cuts what another form of a model has behind the model's own n variables and m constraints.
-void cut(std::size_t n, std::size_t m, Result& result);
+/// Cuts what another form of a model has behind the model's own variables and constraints.
+void cut(const ProblemStructure& model, Result& result);
 
 /// Maximizes each bounded side of each robust constraint over all of y at the x of a point, from
 /// the known worst cases and others. scopes: of the model. units: of its rows, for what is said of

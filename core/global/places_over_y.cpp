@@ -23,21 +23,14 @@ constexpr int kMostDrawnBack = 10;
 /// Of a box: the distance from which a variable is not at a bound of it.
 constexpr double kOffBound = 1e-3;
 
-/// Whether a variable is free and has two bounds.
-bool is_boxed(const ProblemStructure& s, const SolverOptions& options, std::size_t i) {
-  return s.variable_lower[i] < s.variable_upper[i] &&
-         s.variable_lower[i] > options.nlp_lower_bound_inf &&
-         s.variable_upper[i] < options.nlp_upper_bound_inf;
-}
-
 /// From the center that share of the way, or less where Max's constraints do not hold there.
 std::vector<double> drawn_back(Problem& inner, const SolverOptions& options,
                                std::span<const double> center, const std::vector<double>& from,
                                double share) {
-  std::vector<double> v(from.size()), g(inner.structure().constraint_lower.size());
+  std::vector<double> v(from.size());
   for (int k = 0; k <= kMostDrawnBack; ++k, share *= kDrawnBack) {
     for (const auto i : indices(v)) v[i] = center[i] + share * (from[i] - center[i]);
-    if (is_feasible(inner, options, v, g)) break;
+    if (is_feasible(inner, options, v)) break;
   }
   return v;
 }
@@ -72,7 +65,7 @@ std::vector<double> other_bounds(const ProblemStructure& s, const std::vector<do
 /// Single variables moved to bounds as long as f grows; empty: it does not.
 std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,
                                     std::vector<double> v, Counts& counts) {
-  const std::vector<std::size_t> boxed = boxed_variables(inner.structure(), options);
+  const std::vector<std::size_t> boxed = set_of_y(inner.structure(), options).boxed;
   double highest = lagrangian(inner, v, {}, counts);
   bool moved = false;
   for (bool gained = true; gained;) {
@@ -95,9 +88,28 @@ std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options
 
 }  // namespace
 
-bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const double> v,
-                 std::vector<double>& g) {
+SetOfY set_of_y(const ProblemStructure& s, const SolverOptions& options) {
+  SetOfY y;
+  y.has_rows = !s.constraint_lower.empty();
+  for (const auto i : indices(s.variable_lower)) {
+    const double lower = s.variable_lower[i], upper = s.variable_upper[i];
+    if (!(lower < upper)) continue;
+    y.free.push_back(i);
+    if (lower > options.nlp_lower_bound_inf && upper < options.nlp_upper_bound_inf)
+      y.boxed.push_back(i);
+  }
+  for (const auto j : indices(s.constraint_lower)) {
+    const double lower = s.constraint_lower[j], upper = s.constraint_upper[j];
+    if (lower == upper) ++y.equations;
+    const bool bounded = lower > options.nlp_lower_bound_inf || upper < options.nlp_upper_bound_inf;
+    if (bounded && lower < upper) y.has_inequalities = true;
+  }
+  return y;
+}
+
+bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const double> v) {
   const ProblemStructure& s = inner.structure();
+  std::vector<double> g(s.constraint_lower.size());
   if (!inner.constraints(v, true, g)) return false;
   for (const auto j : indices(g)) {
     if (!(g[j] >= s.constraint_lower[j] - options.constr_viol_tol) ||
@@ -119,32 +131,15 @@ SolverOptions staying_near(const SolverOptions& options, double mu) {
   return near;
 }
 
-std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
-                                         const SolverOptions& options) {
-  std::vector<std::size_t> boxed;
-  for (const auto i : indices(structure.variable_lower)) {
-    if (is_boxed(structure, options, i)) boxed.push_back(i);
-  }
-  return boxed;
-}
-
-std::size_t count_equations(const ProblemStructure& structure) {
-  std::size_t count = 0;
-  for (const auto j : indices(structure.constraint_lower))
-    count += structure.constraint_lower[j] == structure.constraint_upper[j] ? 1U : 0U;
-  return count;
-}
-
 std::optional<std::vector<double>> corner_in_step(const ProblemStructure& structure,
-                                                  const SolverOptions& options,
-                                                  std::vector<double> v, Index number) {
+                                                  const SetOfY& y, std::vector<double> v,
+                                                  Index number) {
   constexpr Index kCorners = 4;
-  const std::vector<std::size_t> boxed = boxed_variables(structure, options);
-  if (number > kCorners || boxed.empty() || count_equations(structure) == 0) return {};
+  if (number > kCorners || y.boxed.empty() || y.equations == 0) return {};
   const std::size_t step = number > 2 ? 1 : 0;
-  for (const auto k : indices(boxed)) {
+  for (const auto k : indices(y.boxed)) {
     const bool upper = (at(number - 1) + k * step) % 2 == 1;
-    v[boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[boxed[k]];
+    v[y.boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[y.boxed[k]];
   }
   return v;
 }
@@ -157,25 +152,18 @@ void move_to_corner(const ProblemStructure& structure, const std::vector<std::si
   }
 }
 
-std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptions& options) {
+std::optional<std::vector<double>> best_corner(Problem& inner, const SetOfY& y) {
   const ProblemStructure& s = inner.structure();
-  const std::vector<std::size_t> free = boxed_variables(s, options);
-  std::size_t variables = 0;
-  for (const auto i : indices(s.variable_lower)) {
-    if (s.variable_lower[i] < s.variable_upper[i]) ++variables;
-  }
-  if (free.empty() || free.size() > kMostOfCorners || free.size() < variables) return std::nullopt;
-  for (const auto j : indices(s.constraint_lower)) {
-    if (s.constraint_lower[j] > options.nlp_lower_bound_inf ||
-        s.constraint_upper[j] < options.nlp_upper_bound_inf) {
-      return std::nullopt;
-    }
+  if (y.boxed.empty() || y.boxed.size() > kMostOfCorners || !y.is_box() || y.equations > 0 ||
+      y.has_inequalities) {
+    return std::nullopt;
   }
   std::optional<std::vector<double>> best;
   std::vector<double> v = starting_values(inner);
   double highest = -kInfinity;
-  for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << free.size()); ++corner) {
-    move_to_corner(s, free, corner, v);
+  for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << y.boxed.size());
+       ++corner) {
+    move_to_corner(s, y.boxed, corner, v);
     double f = 0.0;
     if (!inner.objective(v, true, f) || !(f > highest)) continue;
     highest = f;
@@ -190,12 +178,12 @@ std::vector<double> start_above(Problem& inner, const SolverOptions& options,
   const ProblemStructure& s = inner.structure();
   std::mt19937_64 generator(at(start));
   const double share = uniform(generator);
-  std::vector<double> middle(center.begin(), center.end()), g(s.constraint_lower.size());
-  for (const std::size_t i : boxed_variables(s, options)) {
+  std::vector<double> middle(center.begin(), center.end());
+  for (const std::size_t i : set_of_y(s, options).boxed) {
     middle[i] = 0.5 * (s.variable_lower[i] + s.variable_upper[i]);
     random[i] = random[i] > middle[i] ? s.variable_upper[i] : s.variable_lower[i];
   }
-  if (is_feasible(inner, options, middle, g)) center = middle;
+  if (is_feasible(inner, options, middle)) center = middle;
   std::vector<double> v = drawn_back(inner, options, center, random, share);
   const std::vector<double> above = moved_to_bounds(inner, options, v, counts);
   return above.empty() ? v : drawn_back(inner, options, center, above, 1.0);
@@ -209,7 +197,7 @@ std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& op
     double bound, value;
   };
   std::vector<Move> moves;
-  for (const std::size_t i : boxed_variables(inner.structure(), options)) {
+  for (const std::size_t i : set_of_y(inner.structure(), options).boxed) {
     for (const double bound : other_bounds(inner.structure(), v, i)) {
       const double before = std::exchange(v[i], bound);
       const double value = lagrangian(inner, v, lambda, counts);

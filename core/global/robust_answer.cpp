@@ -23,23 +23,26 @@ namespace ipminmax {
 namespace {
 
 /// Copies become what they copy in what the certificate is about; what the solved form has behind
-/// the asked model's n variables and m constraints is left out.
-void name_originals(const RobustCopies& copies, Index n, Index m, Certificate& certificate) {
-  const auto replace = [](std::vector<Index>& indices, Index size, const auto& original) {
+/// the asked model's variables and constraints is left out.
+void name_originals(const RobustCopies& copies, const ProblemStructure& asked,
+                    Certificate& certificate) {
+  const auto replace = [](std::vector<Index>& indices, const std::vector<Index>& originals,
+                          std::size_t size) {
     std::vector<Index> kept;
     for (const Index i : indices) {
-      const Index own = original(i);
-      if (own < size && std::ranges::find(kept, own) == kept.end()) kept.push_back(own);
+      const Index own = originals[at(i)];
+      if (at(own) < size && std::ranges::find(kept, own) == kept.end()) kept.push_back(own);
     }
     indices = std::move(kept);
   };
-  const auto variable = [&](Index i) { return copies.model_variable(i); };
+  const std::size_t n = asked.variable_players.size();
   for (CertificateReason& reason : certificate.reasons) {
-    replace(reason.variables, n, variable);
-    replace(reason.constraints, m, [&](Index j) { return copies.model_row(j); });
+    replace(reason.variables, copies.model_variables(), n);
+    replace(reason.constraints, copies.model_rows(), asked.constraint_players.size());
   }
   Index& least = certificate.least_curvature_variable;
-  if (least >= 0) least = variable(least) < n ? variable(least) : -1;
+  if (least >= 0) least = copies.model_variables()[at(least)];
+  if (least >= static_cast<Index>(n)) least = -1;
 }
 
 /// Worst cases of f whose values differ by less, beside the range of f, are as high.
@@ -94,14 +97,15 @@ void take_units_back(const RowUnits& units, Result& result) {
 
 Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const Result& result) {
   const std::size_t n = form.solved.structure().variable_players.size();
-  const std::size_t asked_n = form.asked.structure().variable_players.size();
-  const std::size_t asked_m = form.asked.structure().constraint_players.size();
+  const ProblemStructure& asked = form.asked.structure();
+  const ProblemStructure& s = copies.structure();
   Result own = result;
-  name_originals(copies, static_cast<Index>(asked_n), static_cast<Index>(asked_m), own.certificate);
+  name_originals(copies, asked, own.certificate);
   if (result.v.size() < n) return own;
   own.lambda.resize(form.solved.structure().constraint_players.size());
   std::vector<double> largest(n, -1.0);
-  const auto of_objective = highest_branch(static_cast<Index>(asked_m), copies, result);
+  const auto of_objective =
+      highest_branch(static_cast<Index>(asked.constraint_players.size()), copies, result);
   for (const auto k : indices(copies.worst_cases())) {
     const RobustCopies::WorstCase& one = copies.worst_cases()[k];
     const Index row = copies.row(k);
@@ -109,31 +113,27 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
     if (row != one.constraint) own.lambda[at(one.constraint)] += multiplier;
     const double weight = k == of_objective ? kInfinity : std::abs(multiplier);
     const std::vector<double> point = copies.model_point(result.v, k);
+    std::vector<bool> left_behind(n, false);  // by the copy, which does without
+    if (const RobustScope& scope = copies.scope(k); !scope.follows.empty()) {
+      for (const Index i : scope.idle) left_behind[at(i)] = true;
+      for (const auto& [equation, i] : scope.follows) left_behind[at(i)] = true;
+    }
     for (std::size_t i = 0; i < n; ++i) {
-      const auto copy = at(copies.variable(k, static_cast<Index>(i)));
-      const bool free =
-          copies.structure().variable_lower[i] == copies.structure().variable_upper[i] ||
-          k == of_objective;  // read by nothing, or by a lower branch of f
-      if (copy == i || !free || !(weight > largest[i])) continue;
+      const auto copy = at(copies.columns(k)[i]);
+      const bool is_unread = s.variable_lower[i] == s.variable_upper[i];
+      // Else a lower branch of f may read it.
+      const bool is_free = is_unread || (copy != i && k == of_objective);
+      if (!is_free || (copy == i && !left_behind[i]) || !(weight > largest[i])) continue;
       largest[i] = weight;
       own.v[i] = point[i];
+      if (copy == i) continue;
       // No bound of the model's holds the y of a scenario.
       own.z_lower[i] = one.held ? 0.0 : result.z_lower[copy];
       own.z_upper[i] = one.held ? 0.0 : result.z_upper[copy];
     }
-    const auto take = [&](Index i) {  // what the copy has left behind
-      const bool free =
-          copies.structure().variable_lower[at(i)] == copies.structure().variable_upper[at(i)];
-      if (copies.variable(k, i) != i || !free || !(weight > largest[at(i)])) return;
-      largest[at(i)] = weight;
-      own.v[at(i)] = point[at(i)];
-    };
-    if (copies.scope(k).follows.empty()) continue;
-    for (const Index i : copies.scope(k).idle) take(i);
-    for (const auto& [equation, i] : copies.scope(k).follows) take(i);
   }
   take_units_back(form.units, own);
-  cut(asked_n, asked_m, own);
+  cut(asked, own);
   std::ranges::fill(own.constraints, kNaN);
   if (!all_finite(own.v)) return own;
   double f = 0.0;

@@ -154,29 +154,27 @@ class RobustSearch {
   explicit RobustSearch(const RobustForm& form) : form_(form) {}
 
   Result run(std::vector<double> start, const std::vector<RobustWorstCase>& known, bool at_kink) {
-    const ProblemStructure& s = form_.solved.structure();
     place_.moved = !start.empty();
     place_.v = std::move(start);
     if (!place_.moved) {
       auto own = model_start(form_.solved);
-      if (!own || !check_structure(s, options_).empty()) {
+      if (!own || !check_structure(s_, options_).empty()) {
         answer_ =
             solve_from_start(form_.solved, options_, budget_, observer_, nullptr);  // says why
-        cut(form_.asked.structure().variable_players.size(),
-            form_.asked.structure().constraint_players.size(), answer_);
+        cut(asked_, answer_);
         return std::move(answer_);
       }
       place_.v = std::move(*own);
     }
     ranges_.see(place_.v);
     reads_y_ = read_by_objective(form_.solved, place_.v);
-    scopes_ = RobustScopes(s, linear_entries(form_.solved, place_.v, work_.counts));
-    place_.worst_cases = at_start(s, scopes_, options_, reads_y_, place_.v);
+    scopes_ = RobustScopes(s_, linear_entries(form_.solved, place_.v, work_.counts));
+    place_.worst_cases = at_start(s_, scopes_, options_, reads_y_, place_.v);
     const Place first = place_;
     if (at_kink) {
       place_.near = true;
       release(scan(starts_, first.worst_cases), kNearAKink);
-    } else if (auto chosen = at_known(form_.asked.structure(), known, options_); !chosen.empty()) {
+    } else if (auto chosen = at_known(asked_, known, options_); !chosen.empty()) {
       place_.near = true;
       place_.worst_cases = std::move(chosen);
       followed_ = worst_cases_to_follow(known, options_);
@@ -218,8 +216,7 @@ class RobustSearch {
       place_ = own;
       for (RobustCopies::WorstCase& one : place_.worst_cases) {
         const RobustScope scope = scopes_.of(one.constraint);
-        if (can_be_held(form_.solved.structure(), scope) && move_to_max(scope, one.v))
-          one.held = one.copied = true;
+        if (can_be_held(s_, scope) && move_to_max(scope, one.v)) one.held = one.copied = true;
       }
       found = exchange();
       if (!found && !budget_.used_up()) {
@@ -322,7 +319,7 @@ class RobustSearch {
     if (observer_.on_iteration) {
       observer.on_iteration = [&](const IterationInfo& info) {
         IterationInfo seen = info;
-        seen.v = info.v.first(form_.asked.structure().variable_players.size());
+        seen.v = info.v.first(asked_.variable_players.size());
         seen.result = [&] { return in_asked_shape(form_, *copies, info.result()); };
         return observer_.on_iteration(seen);
       };
@@ -344,7 +341,7 @@ class RobustSearch {
 
   /// At the x of place_.v; maximizations begin at the known worst cases, too.
   std::vector<MaximaOverY> scan(Index starts, const WorstCases& known) {
-    MaximizationContext context{options_, budget_, form_.start, form_.asked.structure(), work_};
+    MaximizationContext context{options_, budget_, form_.start, asked_, work_};
     context.witnesses = &form_.witnesses;
     ranges_.see(place_.v);
     context.sizes = &ranges_;
@@ -371,7 +368,7 @@ class RobustSearch {
     };
     for (const MaximaOverY& side : scans) {
       const RobustScope scope = scopes_.of(side.constraint);
-      const bool can_hold = can_be_held(form_.solved.structure(), scope);
+      const bool can_hold = can_be_held(s_, scope);
       for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
         if (!side.violates(k, tolerance)) break;
         const std::vector<double>& v = side.maxima[k].v;
@@ -398,9 +395,8 @@ class RobustSearch {
   /// The y where maximizations at this x begin and end, and random ones: fewer than there are x
   /// would leave x unbounded. One that Max constraints restrain begins anywhere.
   WorstCases many_scenarios() {
-    const ProblemStructure& s = form_.solved.structure();
     WorstCases taken;
-    const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
+    const auto of_min = static_cast<Index>(std::ranges::count(s_.variable_players, Player::Min));
     for (const MaximaOverY& side : scan(starts_, place_.worst_cases)) {
       const RobustScope scope = scopes_.of(side.constraint);
       if (scope.constraints.empty()) {
@@ -408,10 +404,10 @@ class RobustSearch {
         for (Index start = starts_;
              start < std::min<Index>(kScenariosPerX * of_min, kMostScenarios); ++start) {
           taken.push_back(
-              {side.constraint, random_start(s, place_.v, start, options_), true, true});
+              {side.constraint, random_start(s_, place_.v, start, options_), true, true});
         }
       }
-      const bool held = can_be_held(s, scope);
+      const bool held = can_be_held(s_, scope);
       for (const WorstCaseMaximum& found : side.maxima)
         taken.push_back({side.constraint, found.v, true, held});
     }
@@ -453,7 +449,7 @@ class RobustSearch {
                same_point(other.v, one.v, ranges_, scope.variables, options_.minmax_distinct_tol);
       });
       const bool active = solved.copies->is_active(solved.result, k);
-      const bool holds = !active && !one.held && can_be_held(form_.solved.structure(), scope);
+      const bool holds = !active && !one.held && can_be_held(s_, scope);
       if (holds) one.held = one.copied = true;
       any = any || met || holds;
       if (!met) kept.push_back(std::move(one));
@@ -507,7 +503,6 @@ class RobustSearch {
   /// Moves y across the bounds that it is at, of variables or written as a row of one variable.
   bool cross_bounds(const RobustScope& scope, std::vector<double>& v) {
     constexpr double kAt = 16.0, kAcross = 2.0;  // relaxations of a bound
-    const ProblemStructure& s = form_.solved.structure();
     bool any = false;
     const auto cross = [&](double& y, double slope, double value, double lower, double upper) {
       for (const double bound : {lower, upper}) {
@@ -518,9 +513,9 @@ class RobustSearch {
       }
     };
     for (const Index i : scope.variables)
-      cross(v[at(i)], 1.0, v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+      cross(v[at(i)], 1.0, v[at(i)], s_.variable_lower[at(i)], s_.variable_upper[at(i)]);
     if (scope.constraints.empty()) return any;
-    std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size());
+    std::vector<double> g(s_.constraint_players.size()), jacobian(s_.jacobian.size());
     if (!form_.solved.constraint_rows(scope.constraints, v, true, g) ||
         !form_.solved.jacobian_rows(scope.constraints, v, false, jacobian))
       return any;
@@ -528,12 +523,12 @@ class RobustSearch {
     ++work_.counts.jacobian;
     std::vector<std::size_t> entries(g.size(), 2);  // of rows of the scope
     for (const Index row : scope.constraints) entries[at(row)] = 0;
-    for (const auto& [row, col] : s.jacobian) ++entries[at(row)];
+    for (const auto& [row, col] : s_.jacobian) ++entries[at(row)];
     for (const auto k : indices(jacobian)) {
-      const auto [row, col] = s.jacobian[k];
+      const auto [row, col] = s_.jacobian[k];
       if (entries[at(row)] == 1 && jacobian[k] != 0.0)
-        cross(v[at(col)], jacobian[k], g[at(row)], s.constraint_lower[at(row)],
-              s.constraint_upper[at(row)]);
+        cross(v[at(col)], jacobian[k], g[at(row)], s_.constraint_lower[at(row)],
+              s_.constraint_upper[at(row)]);
     }
     return any;
   }
@@ -541,15 +536,14 @@ class RobustSearch {
   /// Moves y into its bounds. Whether it then meets Max's constraints, but for what follows from
   /// it: the y of a start is nothing that Max may choose otherwise.
   bool move_to_max(const RobustScope& scope, std::vector<double>& v) {
-    const ProblemStructure& s = form_.solved.structure();
     for (const Index i : scope.variables)
-      v[at(i)] = std::clamp(v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+      v[at(i)] = std::clamp(v[at(i)], s_.variable_lower[at(i)], s_.variable_upper[at(i)]);
     if (scope.constraints.empty() || !scope.followers.empty()) return true;
-    std::vector<double> g(s.constraint_players.size());
+    std::vector<double> g(s_.constraint_players.size());
     ++work_.counts.constraints;
     if (!form_.solved.constraint_rows(scope.constraints, v, true, g)) return false;
     return std::ranges::all_of(scope.constraints, [&](Index row) {
-      return excess(g[at(row)], s.constraint_lower[at(row)], s.constraint_upper[at(row)]) <=
+      return excess(g[at(row)], s_.constraint_lower[at(row)], s_.constraint_upper[at(row)]) <=
              options_.constr_viol_tol;
     });
   }
@@ -557,22 +551,21 @@ class RobustSearch {
   /// A Min variable that is zero has no size of its own: a step that is small beside the other
   /// variables counts by what it changes of the constraints, whose units are their sizes.
   bool is_same_x(const std::vector<double>& v, const std::vector<double>& other) {
-    const ProblemStructure& s = form_.solved.structure();
     std::vector<std::size_t> moved;
     double largest = 0.0;
     for (const auto i : indices(v)) {
-      if (s.variable_players[i] != Player::Min) continue;
+      if (s_.variable_players[i] != Player::Min) continue;
       largest = std::max(largest, ranges_.of(i));
       if (std::abs(other[i] - v[i]) > options_.minmax_distinct_tol * ranges_.of(i))
         moved.push_back(i);
     }
     if (moved.empty()) return true;
-    std::vector<double> jacobian(s.jacobian.size()), slopes(v.size(), 0.0);
+    std::vector<double> jacobian(s_.jacobian.size()), slopes(v.size(), 0.0);
     for (const RobustCopies::WorstCase& one : place_.worst_cases) {
       ++work_.counts.jacobian;
       if (!form_.solved.jacobian(one.v, true, jacobian)) return false;
       for (const auto k : indices(jacobian)) {
-        double& slope = slopes[at(s.jacobian[k].col)];
+        double& slope = slopes[at(s_.jacobian[k].col)];
         slope = std::max(slope, std::abs(jacobian[k]));
       }
     }
@@ -588,7 +581,7 @@ class RobustSearch {
     const bool failed = search_failed(answer_.status) || answer_.over_y.better_known;
     if (!failed || budget_.used_up()) return;
     if (!answer_.v.empty() && all_finite(answer_.v)) start = answer_.v;
-    start.resize(form_.asked.structure().variable_players.size());
+    start.resize(asked_.variable_players.size());
     if (!all_finite(start)) return;
     InRowUnits rows(form_.asked, start);
     Epigraph problem(rows);
@@ -603,14 +596,13 @@ class RobustSearch {
     Result least = search.run(std::move(start), {}, false);
     add_work(least, work_);
     if (!is_success(least.status) || least.over_y.better_known || !least.over_y.finished) return;
-    const ProblemStructure& s = form_.asked.structure();
     double largest = 0.0, violation = 0.0;
     const RobustWorstCase* worst = nullptr;
     const auto excess_of = [&](const std::vector<double>& g, std::size_t row) {
-      return excess(g[row], s.constraint_lower[row], s.constraint_upper[row]);
+      return excess(g[row], asked_.constraint_lower[row], asked_.constraint_upper[row]);
     };
     for (RobustWorstCase& found : least.worst_cases) {
-      std::vector<double> g(s.constraint_players.size());
+      std::vector<double> g(asked_.constraint_players.size());
       if (!form_.asked.constraints(found.v, true, g)) return;
       const auto row = at(found.constraint);
       found.value = g[row];  // was that of the relaxed row
@@ -623,8 +615,8 @@ class RobustSearch {
     if (worst == nullptr || !(largest > kClearViolation * options_.constr_viol_tol)) return;
     least.message =
         "robust constraints cannot be met near this x: the least worst-case violation is " +
-        number_text(violation, 6) + ", of " + constraint_name(s, worst->constraint) + " at " +
-        describe_y(s, worst->constraint, worst->v);
+        number_text(violation, 6) + ", of " + constraint_name(asked_, worst->constraint) + " at " +
+        describe_y(asked_, worst->constraint, worst->v);
     least.status = Status::LocallyInfeasible;
     least.certificate = {};
     least.certificate.kind = PointKind::InfeasiblePoint;
@@ -639,8 +631,10 @@ class RobustSearch {
   Budget& budget_ = form_.budget;
   const Index starts_ = form_.starts;
   SolveObserver observer_ = budget_.observer_of(form_.start);
-  VariableRanges ranges_{form_.solved.structure()};
-  RobustScopes scopes_{form_.solved.structure()};
+  const ProblemStructure& s_ = form_.solved.structure();
+  const ProblemStructure& asked_ = form_.asked.structure();
+  VariableRanges ranges_{s_};
+  RobustScopes scopes_{s_};
   std::vector<RobustWorstCase> followed_;  ///< of the last solve, from which alone searches begin
   Place place_;
   std::size_t corners_added_ = 0;  ///< to the scenarios

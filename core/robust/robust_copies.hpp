@@ -170,14 +170,12 @@ class RobustCopies final : public Problem {
 
   /// Row of the k-th worst case.
   [[nodiscard]] Index row(std::size_t k) const { return parts_[k + 1].row; }
-  /// The model's variable and row that a variable and a row of this problem are, or copy.
-  [[nodiscard]] Index model_variable(Index i) const {
-    return model_variable_[static_cast<std::size_t>(i)];
-  }
-  [[nodiscard]] Index model_row(Index j) const { return model_row_[static_cast<std::size_t>(j)]; }
-  /// Variable, of a result, that stands for one of the model in the k-th worst case.
-  [[nodiscard]] Index variable(std::size_t k, Index model_variable) const {
-    return parts_[k + 1].column[static_cast<std::size_t>(model_variable)];
+  /// The model's variable and row that each variable and each row of this problem is, or copies.
+  [[nodiscard]] const std::vector<Index>& model_variables() const { return model_variable_; }
+  [[nodiscard]] const std::vector<Index>& model_rows() const { return model_row_; }
+  /// Variables, of a result, that stand for the model's in the k-th worst case. n.
+  [[nodiscard]] const std::vector<Index>& columns(std::size_t k) const {
+    return parts_[k + 1].column;
   }
 
   /// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its
@@ -311,7 +309,7 @@ class RobustCopies final : public Problem {
       });
       if (shared || worst_case.held) continue;
       if (!worst_case.copied) hold(scope.idle, worst_case);
-      for (const Index i : scope.variables) served[at(variable(k, i))] = own;
+      for (const Index i : scope.variables) served[at(columns(k)[at(i)])] = own;
       parts_[k + 1].serving = scope.constraints;
     }
   }

@@ -13,6 +13,12 @@
 namespace ipminmax {
 namespace {
 
+bool is_equation_of_max(const ProblemStructure& s, std::size_t j) {
+  return s.constraint_players[j] == Player::Max && s.constraint_lower[j] == s.constraint_upper[j];
+}
+
+}  // namespace
+
 std::vector<Index> marked(const std::vector<bool>& marks) {
   std::vector<Index> found;
   for (const auto i : indices(marks)) {
@@ -21,11 +27,13 @@ std::vector<Index> marked(const std::vector<bool>& marks) {
   return found;
 }
 
-bool is_equation_of_max(const ProblemStructure& s, std::size_t j) {
-  return s.constraint_players[j] == Player::Max && s.constraint_lower[j] == s.constraint_upper[j];
+std::vector<std::size_t> variables_of(const ProblemStructure& s, Player player) {
+  std::vector<std::size_t> found;
+  for (const auto i : indices(s.variable_players)) {
+    if (s.variable_players[i] == player) found.push_back(i);
+  }
+  return found;
 }
-
-}  // namespace
 
 bool has_valid_indices(const ProblemStructure& s) { return check_indices(s).empty(); }
 

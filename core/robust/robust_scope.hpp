@@ -13,6 +13,13 @@ namespace ipminmax {
 /// The robust constraints of a model, ascending; none where indices cannot be followed.
 [[nodiscard]] std::vector<Index> robust_constraints(const ProblemStructure& structure);
 
+/// Indices of a player's variables, ascending.
+[[nodiscard]] std::vector<std::size_t> variables_of(const ProblemStructure& structure,
+                                                    Player player);
+
+/// Indices that are marked, ascending.
+[[nodiscard]] std::vector<Index> marked(const std::vector<bool>& marks);
+
 /// What of Max a robust constraint involves: the Max variables that it reads, those tied to them by
 /// Max constraints, and these constraints. Ascending.
 struct RobustScope {
