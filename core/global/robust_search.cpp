@@ -154,9 +154,7 @@ class RobustSearch {
   explicit RobustSearch(const RobustForm& form) : form_(form) {}
 
   Result run(std::vector<double> start, const std::vector<RobustWorstCase>& known, bool at_kink) {
-    place_.moved = !start.empty();
-    place_.v = std::move(start);
-    if (!place_.moved) {
+    if (start.empty()) {
       auto own = model_start(form_.solved);
       if (!own || !check_structure(s_, options_).empty()) {
         answer_ =
@@ -164,8 +162,9 @@ class RobustSearch {
         cut(asked_, answer_);
         return std::move(answer_);
       }
-      place_.v = std::move(*own);
+      start = std::move(*own);
     }
+    place_.v = std::move(start);
     ranges_.see(place_.v);
     reads_y_ = read_by_objective(form_.solved, place_.v);
     scopes_ = RobustScopes(s_, linear_entries(form_.solved, place_.v, work_.counts));
@@ -188,8 +187,7 @@ class RobustSearch {
   struct Place {
     std::vector<double> v;
     WorstCases worst_cases{};
-    bool moved = false;  ///< v is no longer the model's
-    bool near = false;   ///< v is the answer of a solve
+    bool near = false;  ///< v is the answer of a solve
   };
 
   /// The problem of a list of worst cases, and its answer.
@@ -220,7 +218,7 @@ class RobustSearch {
       }
       found = exchange();
       if (!found && !budget_.used_up()) {
-        place_ = {first.v, own.worst_cases, first.moved, false};
+        place_ = {first.v, own.worst_cases};
         if (auto scenarios = many_scenarios(); !scenarios.empty())
           place_.worst_cases = std::move(scenarios);
         found = exchange();
@@ -278,9 +276,8 @@ class RobustSearch {
         report(solved, {}, false);
         return {};
       }
-      place_.v.assign(result.v.begin(),
-                      result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
-      place_.moved = place_.near = true;
+      std::copy_n(result.v.begin(), place_.v.size(), place_.v.begin());
+      place_.near = true;
       WorstCases known;  // held y near which maxima are: those that hold x
       for (const auto k : indices(place_.worst_cases)) {
         place_.worst_cases[k].v = copies->model_point(result.v, k);
@@ -312,9 +309,8 @@ class RobustSearch {
   /// With the worst cases at hand, near an answer if there is one; if that fails also from_afar, on
   /// the way from where copies might become those of other maxima.
   Solved solve_worst_cases(bool from_afar, bool coarse = false) {
-    auto copies = std::make_unique<RobustCopies>(form_.solved, place_.worst_cases, scopes_,
-                                                 reads_y_, budget_);
-    if (place_.moved) copies->start_at(place_.v);
+    auto copies = std::make_unique<RobustCopies>(form_.solved, place_.v, place_.worst_cases,
+                                                 scopes_, reads_y_, budget_);
     SolveObserver observer = observer_;
     if (observer_.on_iteration) {
       observer.on_iteration = [&](const IterationInfo& info) {

@@ -10,7 +10,6 @@
 
 #include "core/model/budget.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/initial_point.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 #include "core/robust/extended_structure.hpp"
@@ -38,13 +37,14 @@ class RobustCopies final : public Problem {
       return constraint == other.constraint && side * other.side >= 0;
     }
   };
-  /// scopes: of the model. reads_y: n, whether f reads a Max variable. Robust constraints without a
-  /// worst case are left out. Where the budget is interrupted it is undefined: one evaluation is
-  /// many of the model.
-  RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const RobustScopes& scopes,
-               const std::vector<bool>& reads_y, Budget& budget)
+  /// start: n values, whose x is where it starts. scopes: of the model. reads_y: n, whether f reads
+  /// a Max variable. Robust constraints without a worst case are left out. Where the budget is
+  /// interrupted it is undefined: one evaluation is many of the model.
+  RobustCopies(Problem& model, std::vector<double> start, std::vector<WorstCase> worst_cases,
+               const RobustScopes& scopes, const std::vector<bool>& reads_y, Budget& budget)
       : model_(model),
         budget_(budget),
+        start_(std::move(start)),
         worst_cases_(std::move(worst_cases)),
         structure_(model.structure()),
         v_(structure_.variable_players.size()),
@@ -67,14 +67,11 @@ class RobustCopies final : public Problem {
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     if (start.needs_multipliers) return false;
-    const auto own = start_.empty() ? model_start(model_) : std::optional(start_);
-    if (!own) return false;
-    std::ranges::copy(*own, start.v.begin());
+    std::ranges::copy(start_, start.v.begin());
     for (const auto k : indices(worst_cases_)) {
-      const WorstCase& worst_case = worst_cases_[k];
-      const Part& part = parts_[k + 1];
-      for (const auto i : indices(*own)) {
-        if (at(part.column[i]) != i) start.v[at(part.column[i])] = worst_case.v[i];
+      for (const auto i : indices(start_)) {
+        const auto copy = at(columns(k)[i]);
+        if (copy != i) start.v[copy] = worst_cases_[k].v[i];
       }
     }
     return true;
@@ -155,15 +152,13 @@ class RobustCopies final : public Problem {
     return inexact;
   }
 
-  /// Starts at x of this point of the model, n values, instead of the model's start.
-  void start_at(std::vector<double> v) { start_ = std::move(v); }
   [[nodiscard]] const std::vector<WorstCase>& worst_cases() const { return worst_cases_; }
   /// What the k-th worst case involves.
   [[nodiscard]] const RobustScope& scope(std::size_t k) const { return scopes_[k]; }
   /// The k-th worst case at a result's variables: x with its y, n values.
   [[nodiscard]] std::vector<double> model_point(std::span<const double> v, std::size_t k) const {
-    std::vector<double> point(v_.size());
-    for (const auto i : indices(point)) point[i] = v[at(parts_[k + 1].column[i])];
+    std::vector<double> point;
+    for (const Index i : columns(k)) point.push_back(v[at(i)]);
     static_cast<void>(complete(model_, scopes_[k].follows, point));  // else it is none of Max's
     return point;
   }
@@ -213,16 +208,11 @@ class RobustCopies final : public Problem {
     base.with_objective = true;
     base.column = model_variable_;
     base.row_of = model_row_;
-    for (const auto [row, col] : s.jacobian) {
-      if (s.constraint_players[at(row)] == Player::Min &&
-          s.variable_players[at(col)] == Player::Max) {
-        base.row_of[at(row)] = -1;  // its worst cases' part
-      }
-    }
-    parts_.push_back(std::move(base));
     for (const Index row : robust_constraints(s)) {
+      base.row_of[at(row)] = -1;  // its worst cases' part
       if (!first_of(row)) drop_constraint(structure_, row);
     }
+    parts_.push_back(std::move(base));
     // Of Max's variables count those that f reads or that a robust constraint has to itself, and
     // whatever is tied to them.
     std::vector<bool> read = reads_y;
@@ -372,9 +362,9 @@ class RobustCopies final : public Problem {
   }
   Problem& model_;
   Budget& budget_;
+  std::vector<double> start_;
   std::vector<WorstCase> worst_cases_;
   std::vector<RobustScope> scopes_;  ///< of each worst case
-  std::vector<double> start_;        ///< empty: the model's
   ProblemStructure structure_;
   std::vector<Part> parts_;                        ///< the model's own y, then the worst cases
   std::vector<Index> model_variable_, model_row_;  ///< of each variable and row
