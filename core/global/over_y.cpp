@@ -588,7 +588,7 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
       if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
     }
     const auto last = std::ranges::find_if(followed, [&](const RobustWorstCase& one) {
-      return one.constraint == row && one.side == side && one.v.size() == x.size();
+      return of.is_of(one) && one.v.size() == x.size();
     });
     const bool was_active = last != followed.end() && last->active;
     MaximizationContext own = context;
@@ -629,8 +629,7 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
     }
     return scan;
   };
-  const auto scan_side = [&](const RobustBound& of) {
-    RobustScope scope = scopes.of(of.constraint);
+  const auto scan_side = [&](RobustScope scope, const RobustBound& of) {
     MaximaOverY scan = scan_in(scope, of);
     if (!scan.completed) {  // where a trajectory that goes on diverges y is not Max's
       scope = scopes.all_of(of.constraint);
@@ -644,6 +643,7 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
   };
   std::vector<MaximaOverY> scans;
   for (const Index row : robust_constraints(s)) {
+    const RobustScope scope = scopes.of(row);
     const double lower = s.constraint_lower[at(row)], upper = s.constraint_upper[at(row)];
     for (const int side : {1, -1}) {
       const double bound = side > 0 ? upper : -lower;
@@ -652,7 +652,7 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
         continue;
       const RobustBound of{row, side, bound,
                            bound + relaxation(bound, upper - lower, context.options)};
-      static_cast<RobustBound&>(scans.emplace_back(scan_side(of))) = of;
+      static_cast<RobustBound&>(scans.emplace_back(scan_side(scope, of))) = of;
     }
   }
   return scans;

@@ -67,6 +67,11 @@ struct RobustBound {
   int side = 1;           ///< 1: of the upper bound, -1: of the lower one
   double bound = 0.0;     ///< of side times the constraint
   double accepted = 0.0;  ///< the bound, relaxed
+
+  /// Whether it is the one that a worst case is about.
+  [[nodiscard]] bool is_of(const RobustWorstCase& one) const {
+    return constraint == one.constraint && side == one.side;
+  }
 };
 
 /// What maximizing f, or side times a robust constraint, over y at one x has found.

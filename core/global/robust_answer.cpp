@@ -163,9 +163,8 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
     const std::size_t constraint = at(found.constraint);
     if (found.side == 0)
       found.side = form.solved.structure().constraint_upper[constraint] < kUnbounded ? 1 : -1;
-    const auto scan = std::ranges::find_if(scans, [&](const MaximaOverY& side) {
-      return side.constraint == found.constraint && side.side == found.side;
-    });
+    const auto scan =
+        std::ranges::find_if(scans, [&](const MaximaOverY& side) { return side.is_of(found); });
     if (scan != scans.end()) {
       found.range = scan->spread;
       found.age = scan->age;
@@ -187,9 +186,7 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
     }
   }
   for (const MaximaOverY& side : scans) {
-    const auto is_listed = [&](const RobustWorstCase& found) {
-      return found.constraint == side.constraint && found.side == side.side;
-    };
+    const auto is_listed = [&](const RobustWorstCase& found) { return side.is_of(found); };
     if (side.maxima.empty() || at(side.constraint) == m || std::ranges::any_of(list, is_listed))
       continue;
     const auto& [v, value, certified, times] = side.maxima.front();
@@ -208,11 +205,13 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
 SearchOverY search_over_y(const RobustForm& form, const std::vector<MaximaOverY>& scans,
                           const std::vector<double>& v, bool verified) {
   const ProblemStructure& s = form.asked.structure();
-  SearchOverY seen{.functions = static_cast<Index>(scans.size()),
+  SearchOverY seen{.asked = form.starts,
+                   .functions = static_cast<Index>(scans.size()),
                    .finished = verified,
                    .largest_violation = scans.empty() ? kNaN : 0.0};
   for (const MaximaOverY& side : scans) {
     const bool of_objective = at(side.constraint) == s.constraint_players.size();
+    seen.asked = std::min(seen.asked, side.made);  // fewer where all agree far from the limit
     seen.age = std::max(seen.age, side.age);
     if (!side.maxima.empty()) {
       seen.largest_violation =

@@ -467,9 +467,6 @@ class RobustSearch {
     answer_ = in_asked_shape(form_, *copies, result);
     answer_.worst_cases = list_worst_cases(form_, *copies, result, scans, ranges_);
     answer_.over_y = search_over_y(form_, scans, place_.v, verified || starts_ == 0);
-    answer_.over_y.asked = starts_;
-    for (const MaximaOverY& side : scans)  // fewer where all agree far from the limit
-      answer_.over_y.asked = std::min(answer_.over_y.asked, side.made);
     if (verified && is_certified(result) && !is_same_across_bounds(solved)) {
       answer_.over_y.open =
           "x is decided by how far y is from its bounds, within what bound_relax_factor allows";

@@ -177,9 +177,9 @@ class RobustCopies final : public Problem {
   /// distance to the bound.
   [[nodiscard]] bool is_active(const Result& result, std::size_t k) const {
     const std::size_t own = at(row(k));
-    const ProblemStructure& s = structure();
-    const double distance = std::min(std::abs(s.constraint_upper[own] - result.constraints[own]),
-                                     std::abs(result.constraints[own] - s.constraint_lower[own]));
+    const double value = result.constraints[own];
+    const double distance = std::min(std::abs(structure_.constraint_upper[own] - value),
+                                     std::abs(value - structure_.constraint_lower[own]));
     return std::abs(result.lambda[own]) > distance;
   }
 
@@ -226,14 +226,12 @@ class RobustCopies final : public Problem {
   void add_worst_case(std::size_t k) {
     const WorstCase& worst_case = worst_cases_[k];
     const std::size_t copy = parts_.size();
-    const auto same_row = [&](const Part& part) { return part.row == worst_case.constraint; };
     Part part;
-    part.column.resize(v_.size());
-    std::iota(part.column.begin(), part.column.end(), 0);
+    part.column = parts_.front().column;
     part.row_of.assign(g_.size(), -1);
-    part.row = std::ranges::any_of(parts_, same_row)
-                   ? copy_row(worst_case.constraint, copy, Player::Min)
-                   : worst_case.constraint;
+    part.row = first_of(worst_case.constraint) == k
+                   ? worst_case.constraint
+                   : copy_row(worst_case.constraint, copy, Player::Min);
     part.row_of[at(worst_case.constraint)] = part.row;
     if (worst_case.side > 0) structure_.constraint_lower[at(part.row)] = -kInfinity;
     if (worst_case.side < 0) structure_.constraint_upper[at(part.row)] = kInfinity;

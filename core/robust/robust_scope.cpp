@@ -206,22 +206,16 @@ std::vector<Index> RobustScopes::followers(const RobustScope& scope) const {
   return found;
 }
 
-/// counts: what of Max the constraint depends on.
-RobustScope RobustScopes::tied(Index constraint, Marks& counts) const {
+RobustScope RobustScopes::all_of(Index constraint) const {
   Marks variables(rows_.size(), false), rows(columns_.size(), false);
   tie(constraint, variables, rows);
   RobustScope scope{marked(variables), marked(rows), {}, {}};
-  counts = matters(constraint, scope.constraints);
+  const Marks counts = matters(constraint, scope.constraints);
   for (const Index i : scope.variables) {
     if (!counts[at(i)] && determined_by_[at(i)] < 0) scope.idle.push_back(i);
   }
   scope.followers = followers(scope);
   return scope;
-}
-
-RobustScope RobustScopes::all_of(Index constraint) const {
-  Marks counts;
-  return tied(constraint, counts);
 }
 
 std::vector<RobustScope::Explicit> RobustScopes::follows() const {
@@ -231,8 +225,8 @@ std::vector<RobustScope::Explicit> RobustScopes::follows() const {
 }
 
 RobustScope RobustScopes::of(Index constraint) const {
-  Marks counts;
-  RobustScope scope = tied(constraint, counts);
+  RobustScope scope = all_of(constraint);
+  const Marks counts = matters(constraint, scope.constraints);
   scope.follows = in_order(scope.variables, Marks(rows_.size(), false));
   if (scope.follows.empty()) scope.follows = in_order(scope.variables, counts);
   const auto is_behind = [&](auto equation) { return !counts[at(equation.variable)]; };

@@ -63,7 +63,6 @@ class RobustScopes {
   void match_from(Index row);
   void tie(Index constraint, Marks& variables, Marks& rows) const;
   void depend(const std::vector<Index>& seeds, Marks& variables) const;
-  [[nodiscard]] RobustScope tied(Index constraint, Marks& counts) const;
   [[nodiscard]] Marks matters(Index constraint, const std::vector<Index>& constraints) const;
   [[nodiscard]] std::vector<Index> followers(const RobustScope& scope) const;
   [[nodiscard]] std::vector<RobustScope::Explicit> in_order(const std::vector<Index>& variables,

@@ -17,44 +17,46 @@ namespace ipminmax {
 /// max over y of side * g(x, y) for one robust constraint g of the model, y in Y(x), x held; side
 /// -1 is for its lower bound. Variables and constraints are the model's: those that the row does
 /// not involve are fixed and absent; these constraints are not evaluated but 0.
-class RowOverY final : public Restructured {
+class RowOverY final : public ForwardingProblem {
  public:
   /// v: n, x and where y starts. scope: of the constraint.
   RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
            const RobustScope& scope)
-      : Restructured(model),
+      : ForwardingProblem(model),
+        changed_(model.structure()),
         constraint_(constraint),
         side_(side),
         start_(std::move(v)),
         rows_(scope.constraints),
-        g_(changed.constraint_players.size()),
+        g_(changed_.constraint_players.size()),
         lambda_(g_.size()),
         jacobian_(model.structure().jacobian.size()) {
     const ProblemStructure& s = model.structure();
-    changed.variable_lower = changed.variable_upper = start_;
-    std::ranges::fill(changed.constraint_lower, -kInfinity);
-    std::ranges::fill(changed.constraint_upper, kInfinity);
+    changed_.variable_lower = changed_.variable_upper = start_;
+    std::ranges::fill(changed_.constraint_lower, -kInfinity);
+    std::ranges::fill(changed_.constraint_upper, kInfinity);
     for (const Index i : scope.variables) {
-      changed.variable_lower[at(i)] = s.variable_lower[at(i)];
-      changed.variable_upper[at(i)] = s.variable_upper[at(i)];
+      changed_.variable_lower[at(i)] = s.variable_lower[at(i)];
+      changed_.variable_upper[at(i)] = s.variable_upper[at(i)];
     }
-    for (const Index i : scope.idle) fix_variable(changed, i, start_[at(i)]);
+    for (const Index i : scope.idle) fix_variable(changed_, i, start_[at(i)]);
     for (const Index j : rows_) {
-      changed.constraint_lower[at(j)] = s.constraint_lower[at(j)];
-      changed.constraint_upper[at(j)] = s.constraint_upper[at(j)];
+      changed_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
+      changed_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
     }
-    changed.jacobian.clear();
+    changed_.jacobian.clear();
     for (const auto k : indices(s.jacobian)) {
       const Index row = s.jacobian[k].row;
       if (row == constraint_) entries_.push_back(k);
       if (!std::ranges::binary_search(rows_, row)) continue;
       rows_entries_.push_back(k);
-      changed.jacobian.push_back(s.jacobian[k]);
+      changed_.jacobian.push_back(s.jacobian[k]);
     }
-    changed.nonlinear_variables.reset();
+    changed_.nonlinear_variables.reset();
     if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, *this);
   }
 
+  [[nodiscard]] const ProblemStructure& structure() const override { return changed_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     std::ranges::copy(start_, start.v.begin());
     return !start.needs_multipliers;
@@ -92,16 +94,6 @@ class RowOverY final : public Restructured {
     if (!model().jacobian_rows(rows_, v, new_v, jacobian_)) return false;
     for (const auto k : indices(rows_entries_)) values[k] = jacobian_[rows_entries_[k]];
     return true;
-  }
-
-  // Entries are not the model's.
-  [[nodiscard]] bool constraint_rows(std::span<const Index>, std::span<const double> v, bool new_v,
-                                     std::span<double> g) override {
-    return constraints(v, new_v, g);
-  }
-  [[nodiscard]] bool jacobian_rows(std::span<const Index>, std::span<const double> v, bool new_v,
-                                   std::span<double> values) override {
-    return jacobian(v, new_v, values);
   }
 
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
@@ -144,6 +136,7 @@ class RowOverY final : public Restructured {
   }
   [[nodiscard]] std::span<const Index> row() const { return {&constraint_, 1}; }
 
+  ProblemStructure changed_;  ///< the model's, of the same size
   Index constraint_;
   double side_;
   std::vector<double> start_;
