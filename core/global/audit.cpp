@@ -78,8 +78,7 @@ class Hearing {
   }
 
   /// starts: show the ranges of the functions, and refute nothing.
-  void hear(const std::vector<std::vector<double>>& witnesses,
-            const std::vector<std::vector<double>>& starts) {
+  void hear(const Points& witnesses, const Points& starts) {
     for (const std::vector<double>& v : distinct(starts, options_.minmax_distinct_tol))
       static_cast<void>(look(v));
     for (const std::vector<double>& v : distinct(witnesses, options_.bound_relax_factor)) {
@@ -114,16 +113,12 @@ class Hearing {
         worst = {.constraint = row, .v = here_.v, .value = here_.g[j], .active = true};
       bool measured = false;
       for (const Look& seen : looks_) {
-        const double lower = s_.constraint_lower[j], upper = s_.constraint_upper[j];
-        if (is_met(seen.g[j], lower, upper, ranges_[j], tol)) continue;
+        if (holds(j, seen.g[j], tol)) continue;
         const Look here = anew(seen);
         if (!std::exchange(measured, true)) measure_change_by_equations(j);
         const double beside =
-            excess(here.g[j], lower, upper) / std::max(ranges_[j].size(), kVanishingRange);
-        if (is_met(here.g[j], lower, upper, ranges_[j], tol) || beside <= largest ||
-            !max_may_choose(here)) {
-          continue;
-        }
+            excess_of(j, here.g[j]) / std::max(ranges_[j].size(), kVanishingRange);
+        if (holds(j, here.g[j], tol) || beside <= largest || !max_may_choose(here)) continue;
         worst = {.constraint = row, .v = here.v, .value = here.g[j], .active = true};
         largest = beside;
       }
@@ -137,10 +132,20 @@ class Hearing {
   /// Whether the answer's own y violates a row by what no tolerance of its solve explains.
   [[nodiscard]] bool is_missed_at_answer(std::size_t j) const {
     constexpr double kNoTolerance = 1e-6;  // of the row's range, or of what x can change
-    const double g = here_.g[j];
-    const double lower = s_.constraint_lower[j], upper = s_.constraint_upper[j];
-    return excess(g, lower, upper) > kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
-                                         2.0 * relaxation_where_exceeded(g, lower, upper, options_);
+    return excess_of(j, here_.g[j]) >
+           kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
+               2.0 * relaxation_where_exceeded(here_.g[j], s_.constraint_lower[j],
+                                               s_.constraint_upper[j], options_);
+  }
+
+  /// Whether a value is within the bounds of constraint j, which may be `wider`, to tol of its
+  /// range.
+  [[nodiscard]] bool holds(std::size_t j, double value, double tol, double wider = 0.0) const {
+    return is_met(value, s_.constraint_lower[j] - wider, s_.constraint_upper[j] + wider, ranges_[j],
+                  tol);
+  }
+  [[nodiscard]] double excess_of(std::size_t j, double value) const {
+    return excess(value, s_.constraint_lower[j], s_.constraint_upper[j]);
   }
 
   /// The answer with another y, Max's variables, cut by the bounds; empty: it is the answer's.
@@ -155,10 +160,9 @@ class Hearing {
 
   /// Of y that are equal up to tol of the ranges the first, as far as sorting brings them together:
   /// maximizations of many constraints end at the same ones.
-  [[nodiscard]] std::vector<std::vector<double>> distinct(
-      const std::vector<std::vector<double>>& all, double tol) const {
+  [[nodiscard]] Points distinct(const Points& all, double tol) const {
     VariableRanges ranges(s_);
-    std::vector<std::vector<double>> points;
+    Points points;
     for (const std::vector<double>& y : all) {
       if (auto v = answer_with(y); !v.empty()) points.push_back(std::move(v));
       if (!points.empty()) ranges.see(points.back());
@@ -172,7 +176,7 @@ class Hearing {
     };
     order.erase(std::unique(order.begin(), order.end(), same), order.end());
     std::ranges::sort(order);
-    std::vector<std::vector<double>> first;
+    Points first;
     for (const std::size_t k : order) first.push_back(std::move(points[k]));
     return first;
   }
@@ -214,11 +218,11 @@ class Hearing {
     std::iota(all.begin(), all.end(), 0);
     ++counts_.constraints;
     static_cast<void>(model_.constraint_rows(all, v, true, beside.g));
-    const auto is_undefined = [&](Index row) { return !std::isfinite(beside.g[at(row)]); };
     if (!max_may_choose(beside)) return;
-    const std::vector<Index> rows = robust_constraints(s_);
-    const auto row = std::ranges::find_if(rows, is_undefined);
-    if (row != rows.end()) undefined_ = {.constraint = *row, .v = v, .value = kNaN, .active = true};
+    for (const Index row : robust_constraints(s_)) {
+      if (undefined_ || std::isfinite(beside.g[at(row)])) continue;
+      undefined_ = {.constraint = row, .v = v, .value = kNaN, .active = true};
+    }
   }
 
   /// Other constraints have the values that they have at the answer, where these are known.
@@ -326,17 +330,14 @@ class Hearing {
 
   void see(const Look& seen) {
     range_of_f_.see(seen.f);
-    for (std::size_t j = 0; j < std::min(seen.g.size(), ranges_.size()); ++j)
-      ranges_[j].see(seen.g[j]);
+    for (const auto j : indices(ranges_)) ranges_[j].see(seen.g[j]);
   }
 
   /// Whether Max's constraints hold, up to the relaxation that they were solved with.
   [[nodiscard]] bool max_may_choose(const Look& seen) const {
-    for (std::size_t j = 0; j < seen.g.size(); ++j) {
-      if (s_.constraint_players[j] != Player::Max) continue;
-      const double slack = options_.bound_relax_factor * ranges_[j].size();
-      if (!is_met(seen.g[j], s_.constraint_lower[j] - slack, s_.constraint_upper[j] + slack,
-                  ranges_[j], options_.tol)) {
+    for (const auto j : indices(seen.g)) {
+      const double relaxed = options_.bound_relax_factor * ranges_[j].size();
+      if (s_.constraint_players[j] == Player::Max && !holds(j, seen.g[j], options_.tol, relaxed)) {
         return false;
       }
     }
@@ -379,7 +380,7 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
   const bool claims = is_success(result.status) || is_certified(result) ||
                       result.status == Status::NoLocalMinmaxFound;
   if (!claims || result.v.size() != s.variable_players.size() || !all_finite(result.v)) return;
-  const std::vector<std::vector<double>> known = witnesses.all();
+  const Points known = witnesses.all();
   if (known.empty()) return;
   Hearing hearing(model, options, result, counts);
   hearing.hear(known, witnesses.starts());
@@ -655,12 +656,12 @@ void Witnesses::add(const Result& result) {
   for (const RobustWorstCase& worst : result.worst_cases) add(worst.v);
 }
 
-std::vector<std::vector<double>> Witnesses::all() const {
+Points Witnesses::all() const {
   const std::lock_guard lock(mutex_);
   return met_.kept;
 }
 
-std::vector<std::vector<double>> Witnesses::starts() const {
+Points Witnesses::starts() const {
   const std::lock_guard lock(mutex_);
   return starts_.kept;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/global/points.hpp"
 #include "core/model/budget.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
@@ -24,14 +25,14 @@ class Witnesses {
   /// Where a maximization began: it shows the range of a function, and refutes nothing.
   void add_start(std::span<const double> v);
   /// Of each the values of Max's variables, in their order.
-  [[nodiscard]] std::vector<std::vector<double>> all() const;
-  [[nodiscard]] std::vector<std::vector<double>> starts() const;
+  [[nodiscard]] Points all() const;
+  [[nodiscard]] Points starts() const;
 
  private:
   std::vector<std::size_t> max_variables_;
   std::size_t most_ = 0;  ///< that are kept, the last ones
   struct List {
-    std::vector<std::vector<double>> kept{};
+    Points kept{};
     std::size_t next = 0;
   };
   void add(std::span<const double> v, List& list);

@@ -97,10 +97,9 @@ std::string why_no_proof(Problem& game, const SolverOptions& options,
 }
 
 /// What one player can reach alone from v: random points, and those with one variable at a bound.
-std::vector<std::vector<double>> points_of(Player player, const ProblemStructure& s,
-                                           const std::vector<double>& v,
-                                           const SolverOptions& options) {
-  std::vector<std::vector<double>> points;
+Points points_of(Player player, const ProblemStructure& s, const std::vector<double>& v,
+                 const SolverOptions& options) {
+  Points points;
   for (Index k = 1; k <= kRandomValues; ++k) {
     std::vector<double>& point = points.emplace_back(random_start(s, v, k, options));
     for (const auto i : indices(v)) {

@@ -154,7 +154,7 @@ class MaximizationOverY {
     if (context_.complete) found_.range.accuracy = kSolvedTo * options_.tol;
   }
 
-  [[nodiscard]] MaximaOverY run(Index starts, std::vector<std::vector<double>> given) {
+  [[nodiscard]] MaximaOverY run(Index starts, Points given) {
     if (starts > 1 && !options_.minmax_concave_in_y) {
       auto corner = best_corner(inner_, y_);
       if (!corner) corner = best_corner_held();
@@ -534,15 +534,13 @@ Index starts_over_y_of_objective(const SolverOptions& options) {
   return std::max(0, options.minmax_worst_case_starts);
 }
 
-MaximaOverY maximize_over_y(Problem& inner, Index starts,
-                            const std::vector<std::vector<double>>& given,
+MaximaOverY maximize_over_y(Problem& inner, Index starts, const Points& given,
                             const MaximizationContext& context, std::optional<double> limit) {
   return MaximizationOverY(inner, context, limit).run(starts, given);
 }
 
 MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index starts,
-                               const std::vector<std::vector<double>>& given,
-                               const MaximizationContext& context) {
+                               const Points& given, const MaximizationContext& context) {
   Held inner = alone(model, Player::Max, v);
   if (context.options.minmax_concave_in_y) return maximize_over_y(inner, 1, {}, context);
   return maximize_over_y(inner, starts, given, context);
@@ -572,18 +570,17 @@ std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> 
   return followed;
 }
 
-std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vector<double>& x,
-                                                 Index starts,
-                                                 const std::vector<RobustCopies::WorstCase>& known,
-                                                 const std::vector<RobustWorstCase>& followed,
-                                                 const RobustScopes& scopes, const RowUnits& units,
-                                                 const MaximizationContext& context) {
+Scans scan_robust_constraints(Problem& model, const std::vector<double>& x, Index starts,
+                              const RobustCopies::WorstCases& known,
+                              const std::vector<RobustWorstCase>& followed,
+                              const RobustScopes& scopes, const RowUnits& units,
+                              const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
   const auto scan_in = [&](const RobustScope& scope, const RobustBound& of) {
     MaximaOverY scan;
     if (context.budget.used_up()) return scan;
     const auto& [row, side, bound, accepted] = of;
-    std::vector<std::vector<double>> given;
+    Points given;
     for (const RobustCopies::WorstCase& other : known) {
       if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
     }
@@ -641,7 +638,7 @@ std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vect
     MaximaOverY other = scan_in(scope, of);
     return other.is_higher(other.highest(), scan.highest()) ? other : scan;
   };
-  std::vector<MaximaOverY> scans;
+  Scans scans;
   for (const Index row : robust_constraints(s)) {
     const RobustScope scope = scopes.of(row);
     const double lower = s.constraint_lower[at(row)], upper = s.constraint_upper[at(row)];

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/global/audit.hpp"
+#include "core/global/points.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/compare.hpp"
 #include "core/options.hpp"
@@ -76,8 +77,8 @@ struct RobustBound {
 
 /// What maximizing f, or side times a robust constraint, over y at one x has found.
 struct MaximaOverY : RobustBound {
-  std::vector<WorstCaseMaximum> maxima;     ///< distinct, the largest value first
-  std::vector<std::vector<double>> starts;  ///< where the maximizations began, n values each
+  std::vector<WorstCaseMaximum> maxima;  ///< distinct, the largest value first
+  Points starts;                         ///< where the maximizations began, n values each
   /// Of the values at the feasible points that the maximizations went through.
   ValueRange range;
   Index made = 0;
@@ -88,7 +89,7 @@ struct MaximaOverY : RobustBound {
   bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
   bool completed = true;      ///< false: some maxima could not be, and are left out
   /// Of few variables that others follow: those that have no value, n values each.
-  std::vector<std::vector<double>> valueless_corners;
+  Points valueless_corners;
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
@@ -133,25 +134,25 @@ struct MaximaOverY : RobustBound {
   }
 };
 
+/// What was found of each bounded side of each robust constraint.
+using Scans = std::vector<MaximaOverY>;
+
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box
 /// of few variables, the given points (n values each) and random ones, `starts` in all or, if more,
 /// one for each that is given. limit: more random ones, unless their number is an option's, while
 /// they find other maxima and none is above it, but one could be.
-[[nodiscard]] MaximaOverY maximize_over_y(Problem& inner, Index starts,
-                                          const std::vector<std::vector<double>>& given,
+[[nodiscard]] MaximaOverY maximize_over_y(Problem& inner, Index starts, const Points& given,
                                           const MaximizationContext& context,
                                           std::optional<double> limit = {});
 
 /// The maximizer's problem of f at the x of v: Min variables are fixed, Min constraints absent.
 [[nodiscard]] MaximaOverY maximize_objective(Problem& model, std::span<const double> v,
-                                             Index starts,
-                                             const std::vector<std::vector<double>>& given,
+                                             Index starts, const Points& given,
                                              const MaximizationContext& context);
 
 /// Maximizes f over y at the x of a result, from its y, the given points' and random ones; kept in
 /// result.worst_case and result.over_y.
-void look_for_worst_case(Problem& problem, Index starts,
-                         const std::vector<std::vector<double>>& given,
+void look_for_worst_case(Problem& problem, Index starts, const Points& given,
                          const MaximizationContext& context, Result& result);
 
 /// Where the second-order test of a game's answer is undecided: says so if it is a saddle point
@@ -166,10 +167,11 @@ void cut(const ProblemStructure& model, Result& result);
 /// proofs. followed: worst cases of the last solve, at most one
 /// of a side. If x rested on it, the side is searched from `starts` starts alone. Else, if this
 /// maximum is far from the limit when it has moved with x, the side is not searched further.
-[[nodiscard]] std::vector<MaximaOverY> scan_robust_constraints(
-    Problem& model, const std::vector<double>& x, Index starts,
-    const std::vector<RobustCopies::WorstCase>& known, const std::vector<RobustWorstCase>& followed,
-    const RobustScopes& scopes, const RowUnits& units, const MaximizationContext& context);
+[[nodiscard]] Scans scan_robust_constraints(Problem& model, const std::vector<double>& x,
+                                            Index starts, const RobustCopies::WorstCases& known,
+                                            const std::vector<RobustWorstCase>& followed,
+                                            const RobustScopes& scopes, const RowUnits& units,
+                                            const MaximizationContext& context);
 
 /// Of each side the highest worst case of the last solve, unless its full search is among the
 /// oldest: then it is searched fully in this one.

@@ -189,9 +189,8 @@ std::vector<double> start_above(Problem& inner, const SolverOptions& options,
   return above.empty() ? v : drawn_back(inner, options, center, above, 1.0);
 }
 
-std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& options,
-                                         std::vector<double> v, const std::vector<double>& lambda,
-                                         std::size_t most, Counts& counts) {
+Points next_to(Problem& inner, const SolverOptions& options, std::vector<double> v,
+               const std::vector<double>& lambda, std::size_t most, Counts& counts) {
   struct Move {
     std::size_t variable;
     double bound, value;
@@ -206,7 +205,7 @@ std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& op
     }
   }
   std::ranges::stable_sort(moves, std::greater{}, &Move::value);
-  std::vector<std::vector<double>> places;
+  Points places;
   for (std::size_t k = 0; k < std::min(most, moves.size()); ++k) {
     places.push_back(v);
     places.back()[moves[k].variable] = moves[k].bound;

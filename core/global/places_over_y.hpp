@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/global/points.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
@@ -71,9 +72,7 @@ void move_to_corner(const ProblemStructure& structure, const std::vector<std::si
 
 /// Beside a maximum: one variable of it moved to another bound, `most` places at most, those with
 /// the highest f + lambda'g first. What follows the move may make up for a loss.
-[[nodiscard]] std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& options,
-                                                       std::vector<double> v,
-                                                       const std::vector<double>& lambda,
-                                                       std::size_t most, Counts& counts);
+[[nodiscard]] Points next_to(Problem& inner, const SolverOptions& options, std::vector<double> v,
+                             const std::vector<double>& lambda, std::size_t most, Counts& counts);
 
 }  // namespace ipminmax

@@ -144,8 +144,7 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
 }
 
 std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const RobustCopies& copies,
-                                              const Result& result,
-                                              const std::vector<MaximaOverY>& scans,
+                                              const Result& result, const Scans& scans,
                                               const VariableRanges& ranges) {
   std::vector<RobustWorstCase> list;
   if (result.v.size() < form.solved.structure().variable_players.size()) return list;
@@ -202,8 +201,8 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
   return list;
 }
 
-SearchOverY search_over_y(const RobustForm& form, const std::vector<MaximaOverY>& scans,
-                          const std::vector<double>& v, bool verified) {
+SearchOverY search_over_y(const RobustForm& form, const Scans& scans, const std::vector<double>& v,
+                          bool verified) {
   const ProblemStructure& s = form.asked.structure();
   SearchOverY seen{.asked = form.starts,
                    .functions = static_cast<Index>(scans.size()),

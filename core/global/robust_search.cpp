@@ -26,6 +26,8 @@
 namespace ipminmax {
 namespace {
 
+using WorstCases = RobustCopies::WorstCases;
+
 /// Rounds of solving and looking for worst cases.
 constexpr Index kMostRounds = 30;
 /// Rounds with held y after which copies go on, which meet many worst cases of a smooth row by
@@ -55,11 +57,10 @@ constexpr Index kMostStartsOfAScan = 100;
 
 /// One worst case at v of each constraint, of each side where it has two. A copy is needed where
 /// something else reads the y, too.
-std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const RobustScopes& scopes,
-                                              const SolverOptions& options,
-                                              const std::vector<bool>& reads_y,
-                                              const std::vector<double>& v) {
-  std::vector<RobustCopies::WorstCase> chosen;
+WorstCases at_start(const ProblemStructure& s, const RobustScopes& scopes,
+                    const SolverOptions& options, const std::vector<bool>& reads_y,
+                    const std::vector<double>& v) {
+  WorstCases chosen;
   std::vector<Index> readers(v.size(), 0);
   const std::vector<Index> rows = robust_constraints(s);
   for (const Index row : rows) {
@@ -83,10 +84,9 @@ std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const R
 }
 
 /// Worst cases of the last solve near their limits; or else the one nearest to its bound.
-std::vector<RobustCopies::WorstCase> at_known(const ProblemStructure& s,
-                                              const std::vector<RobustWorstCase>& known,
-                                              const SolverOptions& options) {
-  std::vector<RobustCopies::WorstCase> chosen;
+WorstCases at_known(const ProblemStructure& s, const std::vector<RobustWorstCase>& known,
+                    const SolverOptions& options) {
+  WorstCases chosen;
   std::optional<RobustCopies::WorstCase> nearest;
   double least = kInfinity;
   if (!options.minmax_robust_copies) return chosen;
@@ -182,7 +182,6 @@ class RobustSearch {
   }
 
  private:
-  using WorstCases = std::vector<RobustCopies::WorstCase>;
   /// Where the next solve begins.
   struct Place {
     std::vector<double> v;
@@ -266,7 +265,7 @@ class RobustSearch {
   /// Solves with the worst cases at hand and adds violated ones until there are none. Returns the
   /// maxima at the last x; nothing: a solve failed, or maxima violate a constraint. Unless y are
   /// held coarsely the answer is that of the last solve.
-  std::optional<std::vector<MaximaOverY>> rounds(Y y) {
+  std::optional<Scans> rounds(Y y) {
     const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
     const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
     for (Index round = 1;; ++round) {
@@ -283,7 +282,7 @@ class RobustSearch {
         place_.worst_cases[k].v = copies->model_point(result.v, k);
         if (!held || copies->is_active(result, k)) known.push_back(place_.worst_cases[k]);
       }
-      std::vector<MaximaOverY> scans;
+      Scans scans;
       if (starts_ == 0) {
         report(solved, scans, false);
         if (!is_certified(result)) settle(solved, scans);
@@ -336,15 +335,15 @@ class RobustSearch {
   }
 
   /// At the x of place_.v; maximizations begin at the known worst cases, too.
-  std::vector<MaximaOverY> scan(Index starts, const WorstCases& known) {
+  Scans scan(Index starts, const WorstCases& known) {
     MaximizationContext context{options_, budget_, form_.start, asked_, work_};
     context.witnesses = &form_.witnesses;
     ranges_.see(place_.v);
     context.sizes = &ranges_;
     // None looks from where a scan before it did.
     context.drawn = std::max(kMostStartsOfAScan, starts_) * scans_++;
-    std::vector<MaximaOverY> scans = scan_robust_constraints(
-        form_.solved, place_.v, starts, known, followed_, scopes_, form_.units, context);
+    Scans scans = scan_robust_constraints(form_.solved, place_.v, starts, known, followed_, scopes_,
+                                          form_.units, context);
     for (const MaximaOverY& side : scans) {
       for (const WorstCaseMaximum& maximum : side.maxima) ranges_.see(maximum.v);
     }
@@ -355,7 +354,7 @@ class RobustSearch {
   /// each maximum that does, and each corner where what follows y diverges, so that x moves to
   /// where it does not. One that a copy has left to its barrier, or that violates the row slightly,
   /// is held where it is: y's own error is of second order there. Whether there were any.
-  bool add_violated(const std::vector<MaximaOverY>& scans, double tolerance, bool held) {
+  bool add_violated(const Scans& scans, double tolerance, bool held) {
     bool any = false;
     const auto add = [&](RobustCopies::WorstCase one, bool holds) {
       one.held = holds;
@@ -412,11 +411,11 @@ class RobustSearch {
 
   /// The worst cases that are active or nearly so at this x, or the one nearest to it, with y free
   /// again. One is enough of a constraint's maxima that have one gradient in x, as on a face of y.
-  void release(const std::vector<MaximaOverY>& scans, double nearly) {
+  void release(const Scans& scans, double nearly) {
     WorstCases released;
     const MaximaOverY* highest = nullptr;
     for (const MaximaOverY& side : scans) {
-      std::vector<std::vector<double>> gradients;
+      Points gradients;
       for (std::size_t k = 0; k < side.maxima.size() && side.excess(k) > -nearly; ++k) {
         const std::vector<double>& v = side.maxima[k].v;
         gradients.push_back(rounded_gradient_in_x(form_.solved, side.constraint, v, ranges_));
@@ -434,7 +433,7 @@ class RobustSearch {
   /// The multiplier of an inactive copy is zero, and so is its curvature in the second-order test;
   /// two copies that have met share one. If the test is undecided, inactive copies are held and met
   /// ones left out, in case that this decides it.
-  void settle(const Solved& solved, const std::vector<MaximaOverY>& scans) {
+  void settle(const Solved& solved, const Scans& scans) {
     WorstCases kept;
     bool any = false;
     for (const auto k : indices(place_.worst_cases)) {
@@ -462,7 +461,7 @@ class RobustSearch {
   }
 
   /// The answer from now on. With starts of y it is finished once no y violates it.
-  void report(const Solved& solved, const std::vector<MaximaOverY>& scans, bool verified) {
+  void report(const Solved& solved, const Scans& scans, bool verified) {
     const auto& [copies, result] = solved;
     answer_ = in_asked_shape(form_, *copies, result);
     answer_.worst_cases = list_worst_cases(form_, *copies, result, scans, ranges_);

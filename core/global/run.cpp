@@ -69,8 +69,7 @@ std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_pro
 
 /// ranks: null, or the others that share the starts.
 Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, Ranks* ranks,
-              const SolverOptions& asked, const MultistartObserver& observer,
-              const std::vector<std::vector<double>>& given,
+              const SolverOptions& asked, const MultistartObserver& observer, const Points& given,
               const std::vector<RobustWorstCase>& known = {}) {
   std::vector<Problem*> models;
   if (own != nullptr) models.push_back(own);
@@ -127,7 +126,7 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
 }  // namespace
 
 Answer run(Problem& problem, const SolverOptions& options, const MultistartObserver& observer,
-           const std::vector<std::vector<double>>& given) {
+           const Points& given) {
   return run_on({}, &problem, nullptr, options, observer, given);
 }
 
@@ -170,14 +169,13 @@ void RepeatedSolver::start_at(std::vector<RobustWorstCase> worst_cases) {
 void RepeatedSolver::reset() { kept_.reset(); }
 
 MultistartResult multistart(Problem& problem, const SolverOptions& options,
-                            const MultistartObserver& observer,
-                            const std::vector<std::vector<double>>& given) {
+                            const MultistartObserver& observer, const Points& given) {
   return run(problem, options, observer, given);
 }
 
 MultistartResult multistart(const ProblemFactory& make_problem, int threads,
                             const SolverOptions& options, const MultistartObserver& observer,
-                            const std::vector<std::vector<double>>& given) {
+                            const Points& given) {
   const int starts = std::max(options.minmax_starts, static_cast<int>(given.size()) + 1);
   return run_on(make_models(make_problem, std::clamp(threads, 1, std::max(starts - 1, 1))), nullptr,
                 nullptr, options, observer, given);
@@ -185,8 +183,7 @@ MultistartResult multistart(const ProblemFactory& make_problem, int threads,
 
 MultistartResult multistart_over_ranks(const ProblemFactory& make_problem, int threads,
                                        const SolverOptions& options,
-                                       const MultistartObserver& observer,
-                                       const std::vector<std::vector<double>>& given) {
+                                       const MultistartObserver& observer, const Points& given) {
   Ranks ranks;
   return run_on(make_models(make_problem, std::max(threads, 1)), nullptr, &ranks, options, observer,
                 given);

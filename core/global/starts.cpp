@@ -70,8 +70,7 @@ bool has_free_min_variable(const ProblemStructure& s) {
 }  // namespace
 
 Starts::Starts(const std::vector<Problem*>& models, const SolverOptions& options, Budget& budget,
-               const std::vector<std::vector<double>>& given,
-               const std::vector<RobustWorstCase>& known)
+               const Points& given, const std::vector<RobustWorstCase>& known)
     : options_(options),
       budget_(budget),
       given_(given),

@@ -16,6 +16,7 @@
 #include "core/answer.hpp"
 #include "core/global/audit.hpp"
 #include "core/global/choice.hpp"
+#include "core/global/points.hpp"
 #include "core/model/budget.hpp"
 #include "core/multistart.hpp"
 #include "core/parallel/ranks.hpp"
@@ -112,7 +113,7 @@ class Starts {
   /// models: one per thread. Structure and options are in order.
   /// known: worst cases near the model's own start, of a solve before.
   Starts(const std::vector<Problem*>& models, const SolverOptions& options, Budget& budget,
-         const std::vector<std::vector<double>>& given, const std::vector<RobustWorstCase>& known);
+         const Points& given, const std::vector<RobustWorstCase>& known);
 
   Answer run();
   /// With the other ranks, which have called this, too; all return the same.
@@ -148,7 +149,7 @@ class Starts {
   std::vector<Worker> workers_;  ///< one per thread
   const SolverOptions& options_;
   Budget& budget_;
-  const std::vector<std::vector<double>>& given_;
+  const Points& given_;
   const std::vector<RobustWorstCase>& known_;
   std::vector<double> model_start_;
   bool maximization_ = false;  ///< no free Min variable: the larger value is the better one

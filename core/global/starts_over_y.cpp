@@ -91,7 +91,7 @@ class Starts::Choice {
 
   /// From the y of other points, too, without a certificate only where none has one.
   void look_over_y(Result& best, Index start) {
-    std::vector<std::vector<double>> others;
+    Points others;
     for (const DistinctPoint& other : answer_.points) {
       if (&other.result != &best) others.push_back(other.result.v);
     }

@@ -75,8 +75,7 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
 
 }  // namespace
 
-void look_for_worst_case(Problem& problem, Index starts,
-                         const std::vector<std::vector<double>>& given,
+void look_for_worst_case(Problem& problem, Index starts, const Points& given,
                          const MaximizationContext& context, Result& result) {
   MaximaOverY maxima = maximize_objective(problem, result.v, starts, given, context);
   result.worst_case = summary(problem, result.v, result.objective, maxima, context.options);
@@ -92,8 +91,7 @@ void look_for_worst_case(Problem& problem, Index starts,
 }
 
 WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
-                                const SolverOptions& options, Index starts,
-                                const std::vector<std::vector<double>>& given,
+                                const SolverOptions& options, Index starts, const Points& given,
                                 const MultistartObserver& observer) {
   check_point(problem.structure(), v);
   WorstCaseCheck check;

@@ -37,10 +37,12 @@ class RobustCopies final : public Problem {
       return constraint == other.constraint && side * other.side >= 0;
     }
   };
+  using WorstCases = std::vector<WorstCase>;
+
   /// start: n values, whose x is where it starts. scopes: of the model. reads_y: n, whether f reads
   /// a Max variable. Robust constraints without a worst case are left out. Where the budget is
   /// interrupted it is undefined: one evaluation is many of the model.
-  RobustCopies(Problem& model, std::vector<double> start, std::vector<WorstCase> worst_cases,
+  RobustCopies(Problem& model, std::vector<double> start, WorstCases worst_cases,
                const RobustScopes& scopes, const std::vector<bool>& reads_y, Budget& budget)
       : model_(model),
         budget_(budget),
@@ -152,7 +154,7 @@ class RobustCopies final : public Problem {
     return inexact;
   }
 
-  [[nodiscard]] const std::vector<WorstCase>& worst_cases() const { return worst_cases_; }
+  [[nodiscard]] const WorstCases& worst_cases() const { return worst_cases_; }
   /// What the k-th worst case involves.
   [[nodiscard]] const RobustScope& scope(std::size_t k) const { return scopes_[k]; }
   /// The k-th worst case at a result's variables: x with its y, n values.
@@ -361,7 +363,7 @@ class RobustCopies final : public Problem {
   Problem& model_;
   Budget& budget_;
   std::vector<double> start_;
-  std::vector<WorstCase> worst_cases_;
+  WorstCases worst_cases_;
   std::vector<RobustScope> scopes_;  ///< of each worst case
   ProblemStructure structure_;
   std::vector<Part> parts_;                        ///< the model's own y, then the worst cases
