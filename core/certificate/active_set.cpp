@@ -1,7 +1,5 @@
 #include "core/certificate/active_set.hpp"
 
-#include <algorithm>
-
 #include "core/certificate/parameters.hpp"
 #include "linalg/numbers.hpp"
 
@@ -27,7 +25,7 @@ void ActiveBounds::hold(Index i) {
 
 Index ActiveBounds::weak(const CanonicalProblem& canonical, Player player) const {
   Index count = 0;
-  for (Index i = 0; i < canonical.variables(); ++i) {
+  for (const Index i : each_variable(canonical)) {
     const bool own = canonical.owned_by_max(i) == (player == Player::Max);
     if (own && of[at(i)] == BoundClass::WeaklyActive) ++count;
   }
@@ -74,7 +72,7 @@ void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times
                                double max_times) {
   Vector& curvature = arrays_.curvature;
   curvature.setZero(canonical.variables());
-  for (Index i = 0; i < canonical.variables(); ++i) {
+  for (const Index i : each_variable(canonical)) {
     const bool max = canonical.owned_by_max(i);
     const bool held = set[i] == BoundClass::Active || (set[i] == BoundClass::WeaklyActive &&
                                                        (max ? fixed.max_fixed : fixed.min_fixed));
@@ -88,15 +86,13 @@ void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times
     }
   }
   arrays_.reduced.hessian = arrays_.scaled.hessian;
-  for_each_entry(canonical.hessian(), arrays_.reduced.hessian,
-                 [&](Index i, Index j, double& value) {
-                   if (is_fixed(i) || is_fixed(j)) value = 0.0;
-                 });
+  for_each_in_hessian(canonical, arrays_.reduced, [&](Index i, Index j, double& value) {
+    if (is_fixed(i) || is_fixed(j)) value = 0.0;
+  });
   arrays_.reduced.jacobian = arrays_.scaled.jacobian;
-  for_each_entry(canonical.jacobian(), arrays_.reduced.jacobian,
-                 [&](Index row, Index col, double& value) {
-                   if (is_fixed(col) || !counts(row)) value = 0.0;
-                 });
+  for_each_in_jacobian(canonical, arrays_.reduced, [&](Index row, Index col, double& value) {
+    if (is_fixed(col) || !counts(row)) value = 0.0;
+  });
   const bool any = !set.redundant.empty() || !set.held_rows.empty();
   arrays_.left_out.assign(any ? at(canonical.constraints()) : 0, true);
   for (Index j = 0; any && j < canonical.constraints(); ++j) {

@@ -80,7 +80,7 @@ void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& op
 /// visit(constraint, slack) for every inequality.
 template <class Visit>
 void for_each_slack(const CanonicalProblem& canonical, Visit&& visit) {
-  for (Index j = 0; j < canonical.constraints(); ++j) {
+  for (const Index j : each_constraint(canonical)) {
     if (canonical.slack_of(j) >= 0) visit(j, canonical.slack_of(j));
   }
 }

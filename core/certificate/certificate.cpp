@@ -27,7 +27,7 @@ bool reaches_solution(TestContext& c, TrialPoint& trial) {
   if (is_near(c, given.v, trial.newton.end.v, trial.scaling, c.far())) return true;
   Iterate end = trial.newton.end;
   // As far as to the bounds that it ends at: then equations that are linear hold.
-  for (Index i = 0; i < end.v.size(); ++i) {
+  for (const Index i : indices(end.v)) {
     if (trial.set[i] != BoundClass::Active)
       end.v[i] = given.v[i] + kShareOfWay * (end.v[i] - given.v[i]);
   }
@@ -55,8 +55,7 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
     const KktFactors& last = trial.test.inner ? c.kkt.factors() : c.kkt.inner_factors();
     return last.status == FactorizationStatus::Singular ? FirstLook::Unclear : FirstLook::Wrong;
   }
-  if (!(std::max(trial.test.inner_response, trial.test.full_response) <= kIndependent))
-    return FirstLook::Unclear;
+  if (!(trial.test.response() <= kIndependent)) return FirstLook::Unclear;
   constexpr double kAccuracy = 1e-4;  // of the Newton step
   const double share = kAccuracy / std::max(1.0, trial.test.full_response);
   // Two references: more would be an allocation of std::function.
@@ -149,7 +148,7 @@ std::string disagreement(const CanonicalProblem& canonical, const Deviation& fou
 /// The certificate of a verdict about a trial.
 Certificate write(TestContext& c, const TrialPoint& trial, SecondOrder verdict, bool disagrees) {
   const auto independent = [&](Player player) {
-    const double response = std::max(trial.test.inner_response, trial.test.full_response);
+    const double response = trial.test.response();
     if (trial.dependences) return trial.dependences->independent(c.canonical, player);
     return c.canonical.constraints() == 0 || (trial.test.both() && response <= kIndependent);
   };

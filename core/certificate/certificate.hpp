@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -56,6 +57,7 @@ struct InertiaTest {
   double inner_response = 0.0;
   double full_response = 0.0;
   [[nodiscard]] bool both() const { return inner && full; }
+  [[nodiscard]] double response() const { return std::max(inner_response, full_response); }
 };
 
 /// A point near the solution with a guess of its active set, and the results of the tests.

@@ -35,7 +35,7 @@ void look_for_dependences(TestContext& c, TrialPoint& here, ActiveSetSystem& sys
 
 /// Independent Max gradients make the inner maximum follow x; a Min point needs none.
 bool independent_or_harmless(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
-  const double response = std::max(here.test.inner_response, here.test.full_response);
+  const double response = here.test.response();
   if (response <= kIndependent || c.canonical.constraints() == 0) return true;
   // What holds with rows that say nothing beside others holds without them.
   const bool known = here.dependences.has_value();
@@ -53,7 +53,7 @@ enum class Look : std::uint8_t { Right, Harmful, Unclear };
 /// Whether the sufficient conditions hold: Newton's method converges, and W changes by less than
 /// its curvature on the way.
 Look look_at(TestContext& c, TrialPoint& here) {
-  ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
+  ActiveSetSystem system = c.system_of(here);
   settle_active_set(c, here, system);
   if (!here.newton.released.empty()) return Look::Unclear;
   if (here.converges && is_right(c, here, system))
@@ -139,7 +139,7 @@ bool allow_other_answers(TestContext& c, TrialPoint& next) {
   constexpr double kEps = 1e-4;
   next.proximal = kEps;
   next.scaling = certain_scaling(c, next);
-  ActiveSetSystem system(c.canonical, c.kkt, next.set, next.scaling, next.point.evaluation);
+  ActiveSetSystem system = c.system_of(next);
   return !second_order_test(system, {}, c.margin(), 0.0, true).inner &&
          second_order_test(system, {}, c.margin(), next.proximal, true).inner;
 }
@@ -201,7 +201,7 @@ SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
   }
   trial.margin = c.margin();
   if (trial.proximal > 0.0) {
-    ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation);
+    ActiveSetSystem system = c.system_of(trial);
     measure_inertias(c, system, trial);
   }
   if (trial.unread.size() > 0) {
@@ -218,7 +218,7 @@ SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
 /// False: it leaves the bounds.
 bool change_set(TestContext& c, TrialPoint& here) {
   Iterate& end = here.newton.end;
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
+  for (const Index i : each_variable(c.canonical)) {
     const int side = here.set.side_of(i);
     if (side == 0) continue;
     const double distance = here.set.distance(c.canonical, here.point.iterate, i);
@@ -242,7 +242,7 @@ bool change_set(TestContext& c, TrialPoint& here) {
 /// Whether bounds are clearly what they were guessed to be: of a weakly active one nothing but
 /// rounding would be left at the end.
 bool guess_holds(const TestContext& c, const TrialPoint& here) {
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
+  for (const Index i : each_variable(c.canonical)) {
     if (here.set.side_of(i) == 0 || here.set[i] == BoundClass::WeaklyActive) continue;
     const auto left = [&](const Iterate& z) {
       return here.set[i] == BoundClass::Active ? here.set.multiplier(z, i)
@@ -263,7 +263,7 @@ std::optional<TrialPoint> with_guessed_set(TestContext& c) {
   // Of Max those no farther than what they were relaxed by stay weakly active.
   if (here.set.weak(c.canonical, Player::Min) > 0 || !take_up_set(c, here)) return {};
   for (int steps = 0; c.may_factorize(kToConfirm);) {
-    ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
+    ActiveSetSystem system = c.system_of(here);
     settle_active_set(c, here, system);
     if (!here.newton.released.empty()) {
       if (!release_bounds(c, here)) return {};

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
-#include "core/point/point.hpp"
 
 namespace ipminmax {
 

@@ -27,7 +27,7 @@ void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
                  : kkt.solve(assembled, rhs, step, kUnrefined);
   };
   const auto prepare = [&](Vector& d) {
-    for (Index i = 0; i < d.size(); ++i) {
+    for (const Index i : indices(d)) {
       if (arrays.held[at(i)]) d[i] = 0.0;
     }
   };
@@ -70,10 +70,9 @@ struct CornerCheck {
   /// f(row, col, entry) of active inequalities.
   template <class Visit>
   void for_each_active(Visit&& visit) const {
-    for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
-                   [&](Index row, Index col, double value) {
-                     if (is_active_row(row)) visit(row, col, value);
-                   });
+    for_each_in_jacobian(canonical, point.evaluation, [&](Index row, Index col, double value) {
+      if (is_active_row(row)) visit(row, col, value);
+    });
   }
 
   /// Whether curvature says something of a player: he has more variables, but for free ones that
@@ -81,16 +80,14 @@ struct CornerCheck {
   bool has_free_variable(bool of_max) const {
     Vector& read = arrays.step;
     read.setZero(canonical.variables());
-    for_each_entry(canonical.hessian(), point.evaluation.hessian,
-                   [&](Index i, Index j, double value) {
-                     if (value != 0.0) read[i] = read[j] = 1.0;
-                   });
-    for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
-                   [&](Index, Index col, double value) {
-                     if (value != 0.0) read[col] = 1.0;
-                   });
+    for_each_in_hessian(canonical, point.evaluation, [&](Index i, Index j, double value) {
+      if (value != 0.0) read[i] = read[j] = 1.0;
+    });
+    for_each_in_jacobian(canonical, point.evaluation, [&](Index, Index col, double value) {
+      if (value != 0.0) read[col] = 1.0;
+    });
     Index free = 0;
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (canonical.owned_by_max(i) != of_max) continue;
       const bool active = set[i] == BoundClass::Active;
       if (is_slack(canonical, i)) {
@@ -110,7 +107,7 @@ struct CornerCheck {
     for_each_active([&](Index row, Index col, double value) {
       balanced[col] = std::max(balanced[col], std::abs(point.iterate.lambda[row] * value));
     });
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (!is_active(i)) continue;
       off = std::max(off, (set.distance(canonical, point.iterate, i) +
                            relaxation_of(canonical, i, set.side_of(i), c.options)) /
@@ -132,7 +129,7 @@ struct CornerCheck {
     step.setZero(canonical.variables());
     longest.setZero(canonical.constraints());
     const auto next = [&] { return turn++ % 2 == 0 ? 1.0 : kShort; };
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (is_active(i) && !is_slack(canonical, i) && canonical.owned_by_max(i) == of_max)
         step[i] = -set.side_of(i) * reach(i) * next();
     }
@@ -166,7 +163,7 @@ struct CornerCheck {
     predicted.setZero(step.size());
     add_hessian_product(canonical, point.evaluation, step, predicted);
     double shorter = 1.0;
-    for (Index i = 0; i < step.size(); ++i) {
+    for (const Index i : indices(step)) {
       const double most = kLittle * balanced[i];
       if (is_tested(i) && std::abs(predicted[i]) > most)
         shorter = std::min(shorter, most / std::abs(predicted[i]));
@@ -177,7 +174,7 @@ struct CornerCheck {
     if (canonical.first_derivatives(change, scratch) != EvaluationStatus::Ok) return -1;
     take_gradient(scratch, change);
     change -= arrays.here;
-    for (Index i = 0; i < step.size(); ++i) {
+    for (const Index i : indices(step)) {
       if (!is_tested(i)) continue;
       // Of a bound's multiplier what it gains is no matter.
       const double lost =
@@ -200,7 +197,7 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
   for (const bool inner : {false, true}) {
     if (assembled) add_little_curvature(canonical, kkt, *assembled, inner, arrays);
   }
-  for (Index i = 0; i < canonical.variables(); ++i) {
+  for (const Index i : each_variable(canonical)) {
     if (!arrays.held[at(i)]) found.direction[i] += generic_entry(i);
   }
   if (is_scaled) found.direction.array() *= scaling.variable.array();

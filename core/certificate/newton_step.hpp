@@ -3,7 +3,6 @@
 #include <functional>
 
 #include "core/certificate/active_set.hpp"
-#include "core/options.hpp"
 #include "core/point/point.hpp"
 
 namespace ipminmax {

@@ -58,7 +58,7 @@ void Reasons::add_about_row(Kind kind, Index j, const std::string& before,
 }
 
 void Reasons::add_weakly_active(const ActiveBounds& set) {
-  for (Index i = 0; i < canonical_.variables(); ++i) {
+  for (const Index i : each_variable(canonical_)) {
     if (set[i] != BoundClass::WeaklyActive) continue;
     const std::string side = set.side_of(i) < 0 ? "lower" : "upper";
     add_about(Kind::WeaklyActive, i, "weakly active: the " + side + " bound of ",
@@ -74,7 +74,7 @@ void Reasons::add_dependences(const Dependences& dependences) {
     std::string others;
     std::size_t named = 0;
     const double largest = dependence.weights.cwiseAbs().maxCoeff();
-    for (Index j = 0; j < dependence.weights.size(); ++j) {
+    for (const Index j : indices(dependence.weights)) {
       if (std::abs(dependence.weights[j]) < kZero * largest) continue;
       if (canonical_.model_constraint(j) >= 0)
         reason.constraints.push_back(canonical_.model_constraint(j));

@@ -78,7 +78,7 @@ void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
 }  // namespace
 
 SecondOrder judge_without_certificate(TestContext& c, TrialPoint& trial) {
-  ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation);
+  ActiveSetSystem system = c.system_of(trial);
   measure_inertias(c, system, trial);
   c.reasons.add_weakly_active(trial.set);
   SecondOrder verdict = SecondOrder::Undecided;

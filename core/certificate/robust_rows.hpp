@@ -3,8 +3,6 @@
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
-#include "core/point/point.hpp"
-#include "core/result.hpp"
 
 namespace ipminmax {
 

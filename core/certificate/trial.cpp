@@ -7,7 +7,6 @@
 #include "core/model/norms.hpp"
 #include "core/model/products.hpp"
 #include "core/point/residual.hpp"
-#include "core/point/step_length.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -27,7 +26,7 @@ Vector multiplier_error(const CanonicalProblem& canonical, const TrialPoint& tri
   const Evaluation& here = trial.point.evaluation;
   Vector off = Vector::Zero(canonical.constraints()), length = off, left = here.gradient;
   add_transposed_product(canonical, here, lambda, left);
-  for_each_entry(canonical.jacobian(), here.jacobian, [&](Index row, Index col, double value) {
+  for_each_in_jacobian(canonical, here, [&](Index row, Index col, double value) {
     length[row] = std::max(length[row], std::abs(value));
     if (value == 0.0 || trial.set[col] != BoundClass::Inactive) return;
     off[row] = std::max(
@@ -71,15 +70,13 @@ bool is_stationary_at_end(const CanonicalProblem& canonical, const TrialPoint& t
   add_transposed_product(canonical, point.evaluation,
                          without_inactive(canonical, trial.set, end.lambda), left);
   // What the gradient of L is a sum of.
-  for_each_entry(canonical.hessian(), point.evaluation.hessian,
-                 [&](Index i, Index j, double value) {
-                   terms[i] += std::abs(value) * size[j];
-                   if (i != j) terms[j] += std::abs(value) * size[i];
-                 });
-  for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
-                 [&](Index row, Index col, double value) {
-                   terms[col] += std::abs(value * point.iterate.lambda[row]);
-                 });
+  for_each_in_hessian(canonical, point.evaluation, [&](Index i, Index j, double value) {
+    terms[i] += std::abs(value) * size[j];
+    if (i != j) terms[j] += std::abs(value) * size[i];
+  });
+  for_each_in_jacobian(canonical, point.evaluation, [&](Index row, Index col, double value) {
+    terms[col] += std::abs(value * point.iterate.lambda[row]);
+  });
   const double none = kRounding * terms.cwiseProduct(size).maxCoeff();
   for (const Index i : indices(canonical.y())) {
     const double slope = std::abs(left[i]);
@@ -98,10 +95,10 @@ bool is_trusted(ActiveSetSystem& system, bool inner, double& response) {
   constexpr double kHalved = 2.0 / 3.0;  // entries of 1/2 on the average
   const CanonicalProblem& canonical = system.canonical;
   NewtonResidual& rhs = system.rhs();
-  for (Index i = 0; i < canonical.variables(); ++i) {
+  for (const Index i : each_variable(canonical)) {
     if (system.is_free(i)) rhs.v[i] = kHalved * generic_entry(i);
   }
-  for (Index j = 0; j < canonical.constraints(); ++j) {
+  for (const Index j : each_constraint(canonical)) {
     if (system.counts(j)) rhs.lambda[j] = kHalved * generic_entry(canonical.variables() + j);
   }
   const Step& step = system.step();
@@ -135,7 +132,7 @@ void TestContext::examine_curvature(const Point& point, const Vector& lambda,
                                     const VariableScaling& scaling, ActiveSetSystem* system,
                                     const Evaluation* assembled) {
   arrays.curvature.held.resize(at(canonical.variables()));
-  for (Index i = 0; i < canonical.variables(); ++i)
+  for (const Index i : each_variable(canonical))
     arrays.curvature.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
   find_little_curvature(canonical, kkt, scaling, system ? &system->assembled() : assembled,
                         system != nullptr, arrays.curvature);
@@ -177,7 +174,7 @@ void guess_active_set(const TestContext& c, TrialPoint& trial) {
 }
 
 Vector without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set, Vector lambda) {
-  for (Index j = 0; j < canonical.constraints(); ++j) {
+  for (const Index j : each_constraint(canonical)) {
     const Index slack = canonical.slack_of(j);
     const bool inactive = slack >= 0 && set[slack] == BoundClass::Inactive;
     if (inactive || set.is_held(j)) lambda[j] = 0.0;

@@ -49,6 +49,10 @@ struct TestContext {
   [[nodiscard]] double allowed_error(const Point& reported) const {
     return std::max(error(reported), std::min(options.tol, options.acceptable_tol));
   }
+  /// With arrays of its own.
+  [[nodiscard]] ActiveSetSystem system_of(const TrialPoint& trial) const {
+    return {canonical, kkt, trial.set, trial.scaling, trial.point.evaluation};
+  }
   [[nodiscard]] Vector scaled_hessian_error(const VariableScaling& scaling) const {
     if (!hessian_error) return {};
     return hessian_error->cwiseProduct(scaling.variable.cwiseAbs2());

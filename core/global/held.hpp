@@ -9,7 +9,6 @@
 #include "core/model/indices.hpp"
 #include "core/robust/extended_structure.hpp"
 #include "core/robust/robust_scope.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 

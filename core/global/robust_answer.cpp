@@ -7,12 +7,10 @@
 #include <utility>
 
 #include "core/formulas/interval.hpp"
-#include "core/global/choice.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/multistart.hpp"
 #include "core/proof/enclosure.hpp"
 #include "linalg/numbers.hpp"
 

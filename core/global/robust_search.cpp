@@ -4,8 +4,6 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <random>
-#include <string>
 #include <utility>
 
 #include "core/global/choice.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -18,7 +17,6 @@
 #include "core/global/choice.hpp"
 #include "core/global/points.hpp"
 #include "core/model/budget.hpp"
-#include "core/multistart.hpp"
 #include "core/parallel/ranks.hpp"
 #include "core/search/one_start.hpp"
 #include "linalg/inertia.hpp"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <utility>
 
 #include "core/model/compare.hpp"
 #include "core/model/indices.hpp"
