@@ -62,26 +62,31 @@ std::vector<double> other_bounds(const ProblemStructure& s, const std::vector<do
   return bounds;
 }
 
+/// Moves single boxed variables of v, one after the other, to bounds at which they are not. A move
+/// stays if keep(variable, bound, f + lambda'g there) says so.
+template <class Keep>
+void try_bounds(Problem& inner, const SolverOptions& options, std::vector<double>& v,
+                const std::vector<double>& lambda, Counts& counts, const Keep& keep) {
+  for (const std::size_t i : set_of_y(inner.structure(), options).boxed) {
+    for (const double bound : other_bounds(inner.structure(), v, i)) {
+      const double before = std::exchange(v[i], bound);
+      if (!keep(i, bound, lagrangian(inner, v, lambda, counts))) v[i] = before;
+    }
+  }
+}
+
 /// Single variables moved to bounds as long as f grows; empty: it does not.
 std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,
                                     std::vector<double> v, Counts& counts) {
-  const std::vector<std::size_t> boxed = set_of_y(inner.structure(), options).boxed;
   double highest = lagrangian(inner, v, {}, counts);
   bool moved = false;
   for (bool gained = true; gained;) {
     gained = false;
-    for (const std::size_t i : boxed) {
-      for (const double bound : other_bounds(inner.structure(), v, i)) {
-        const double before = std::exchange(v[i], bound);
-        const double value = lagrangian(inner, v, {}, counts);
-        if (value > highest) {
-          highest = value;
-          gained = moved = true;
-        } else {
-          v[i] = before;
-        }
-      }
-    }
+    try_bounds(inner, options, v, {}, counts, [&](std::size_t, double, double value) {
+      if (!(value > highest)) return false;
+      highest = value;
+      return gained = moved = true;
+    });
   }
   return moved ? v : std::vector<double>{};
 }
@@ -196,14 +201,10 @@ Points next_to(Problem& inner, const SolverOptions& options, std::vector<double>
     double bound, value;
   };
   std::vector<Move> moves;
-  for (const std::size_t i : set_of_y(inner.structure(), options).boxed) {
-    for (const double bound : other_bounds(inner.structure(), v, i)) {
-      const double before = std::exchange(v[i], bound);
-      const double value = lagrangian(inner, v, lambda, counts);
-      if (std::isfinite(value)) moves.push_back({i, bound, value});
-      v[i] = before;
-    }
-  }
+  try_bounds(inner, options, v, lambda, counts, [&](std::size_t i, double bound, double value) {
+    if (std::isfinite(value)) moves.push_back({i, bound, value});
+    return false;
+  });
   std::ranges::stable_sort(moves, std::greater{}, &Move::value);
   Points places;
   for (std::size_t k = 0; k < std::min(most, moves.size()); ++k) {

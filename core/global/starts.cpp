@@ -1,5 +1,6 @@
 #include "core/global/starts.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <new>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 #include "core/model/structure_check.hpp"
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/result_bytes.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
@@ -28,7 +30,7 @@ void StartOutcomes::add(Index start, Result&& result) {
     return;
   }
   if (start < kMostKept && !result.v.empty() && all_finite(result.v)) {
-    uncertified_.emplace(start, Uncertified{result.v, result.objective});
+    uncertified_.emplace(start, result.v);
   }
   // Equal ranks go to the earlier start, in whatever order they end.
   auto& [best_start, best] = best_uncertified_;
@@ -57,14 +59,10 @@ std::pair<Index, Result> StartOutcomes::take_best_uncertified() {
 namespace {
 
 bool has_free_min_variable(const ProblemStructure& s) {
-  for (const auto i : indices(s.variable_players)) {
-    if (s.variable_players[i] == Player::Min &&
-        !(i < s.variable_lower.size() && i < s.variable_upper.size() &&
-          s.variable_lower[i] == s.variable_upper[i])) {
-      return true;
-    }
-  }
-  return false;
+  const auto &lower = s.variable_lower, &upper = s.variable_upper;
+  return std::ranges::any_of(variables_of(s, Player::Min), [&](std::size_t i) {
+    return !(i < lower.size() && i < upper.size() && lower[i] == upper[i]);
+  });
 }
 
 }  // namespace

@@ -27,20 +27,17 @@ namespace ipminmax {
 /// this list.
 class StartOutcomes {
  public:
-  /// A start that no certified point came of.
-  struct Uncertified {
-    std::vector<double> v;
-    double objective;
-  };
-
   /// Each start once.
   void add(Index start, Result&& result);
   /// Work that is no start's.
   void add_work(const Result& part);
 
   [[nodiscard]] bool has_certified() const { return !certified_.empty(); }
-  /// By their starts. Of the first thousand starts, whose y may be worse elsewhere.
-  [[nodiscard]] const std::map<Index, Uncertified>& uncertified() const { return uncertified_; }
+  /// Points of starts that no certified one came of, of the first thousand starts: their y may be
+  /// worse elsewhere.
+  [[nodiscard]] const std::map<Index, std::vector<double>>& uncertified() const {
+    return uncertified_;
+  }
   /// Certified results in the order of their starts, those to full tolerance first: they stand for
   /// others to the acceptable level. The list has them no more.
   [[nodiscard]] std::vector<std::pair<Index, Result>> take_certified();
@@ -52,7 +49,7 @@ class StartOutcomes {
 
  private:
   std::map<Index, Result> certified_;
-  std::map<Index, Uncertified> uncertified_;
+  std::map<Index, std::vector<double>> uncertified_;
   std::pair<Index, Result> best_uncertified_{-1, {}};
   std::map<Status, Index> statuses_;
   Result work_;

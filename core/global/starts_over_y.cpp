@@ -45,7 +45,7 @@ class Starts::Choice {
     VariableRanges ranges(structure);
     ranges.see(all_.model_start_);
     for (const DistinctPoint& point : answer_.points) ranges.see(point.result.v);
-    for (const auto& [start, point] : all_.outcomes_.uncertified()) ranges.see(point.v);
+    for (const auto& [start, v] : all_.outcomes_.uncertified()) ranges.see(v);
     auto certified = all_.outcomes_.take_certified();
     for (const auto& [start, result] : certified) ranges.see(result.v);
     for (auto& [start, result] : certified) {
@@ -64,8 +64,8 @@ class Starts::Choice {
       const WorstCase worst = best->worst_case;
       const bool goes_on = worst.higher && !worst.unbounded && more_starts-- > 0;
       if (goes_on && budget_.used_up()) best->over_y.finished = false;
-      Result work;
-      audit(model_, options_, Witnesses(), budget_, *best, work.counts);
+      Counts counts;
+      audit(model_, options_, Witnesses(), budget_, *best, counts);
       if (!goes_on) continue;
       if (budget_.interrupted()) return;
       all_.run_start(all_.workers_.front(), ++all_.last_, worst.v, all_.one_cold_search());
@@ -96,7 +96,7 @@ class Starts::Choice {
       if (&other.result != &best) others.push_back(other.result.v);
     }
     if (answer_.points.empty()) {
-      for (const auto& [number, other] : all_.outcomes_.uncertified()) others.push_back(other.v);
+      for (const auto& [number, v] : all_.outcomes_.uncertified()) others.push_back(v);
     }
     others.resize(std::min(others.size(), static_cast<std::size_t>(starts_ - 1)));
     Result work;
