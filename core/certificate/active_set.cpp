@@ -32,10 +32,6 @@ Index ActiveBounds::weak(const CanonicalProblem& canonical, Player player) const
   return count;
 }
 
-double ActiveBounds::distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const {
-  return side_of(i) < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);
-}
-
 bool within_relaxation(const CanonicalProblem& canonical, Index i, int side, double distance,
                        const SolverOptions& options) {
   return distance <= 2.0 * relaxation_of(canonical, i, side, options);

@@ -22,6 +22,12 @@ enum class BoundClass : std::uint8_t { Inactive, WeaklyActive, Active };
   return strict_ratio * multiplier < distance ? BoundClass::Inactive : BoundClass::WeaklyActive;
 }
 
+/// Distance of v_i to its lower bound (side -1) or upper one.
+[[nodiscard]] inline double distance_to_bound(const CanonicalProblem& canonical, const Vector& v,
+                                              Index i, int side) {
+  return side < 0 ? canonical.above_lower(i, v[i]) : canonical.below_upper(i, v[i]);
+}
+
 /// One class per canonical variable; a slack stands for its inequality. If a variable has two
 /// bounds, the more active one counts.
 struct ActiveBounds {
@@ -57,7 +63,10 @@ struct ActiveBounds {
   [[nodiscard]] BoundClass operator[](Index i) const { return of[at(i)]; }
   [[nodiscard]] int side_of(Index i) const { return side[at(i)]; }
   /// Distance to the bound meant, and its multiplier.
-  [[nodiscard]] double distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const;
+  [[nodiscard]] double distance(const CanonicalProblem& canonical, const Iterate& z,
+                                Index i) const {
+    return distance_to_bound(canonical, z.v, i, side_of(i));
+  }
   [[nodiscard]] double multiplier(const Iterate& z, Index i) const {
     return multiplier_of(z, i, side_of(i));
   }

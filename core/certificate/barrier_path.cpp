@@ -50,8 +50,7 @@ bool identify_by_trend(const TestContext& c, const Iterate& before, const Iterat
   bool resolved = true;
   set.reset(c.canonical);
   for_each_bound(c.canonical, before.v, [&](Index i, int side, double distance) {
-    const double later =
-        side < 0 ? c.canonical.above_lower(i, after.v[i]) : c.canonical.below_upper(i, after.v[i]);
+    const double later = distance_to_bound(c.canonical, after.v, i, side);
     const auto change = [](double then, double now) {
       return (1.0 - now / then) / (1.0 - kDecrease);
     };

@@ -326,8 +326,7 @@ struct ActiveSetNewton {
     z.lambda = work.lambda + work.dlambda;
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double before) {
       double& multiplier = multiplier_of(z, i, side);
-      const double after =
-          side < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);
+      const double after = distance_to_bound(canonical, z.v, i, side);
       constexpr double kKept = 1e-3;  // of a multiplier that would change its sign
       if (system.is_fixed(i) && set.side_of(i) == side) {
         multiplier = std::max(-side * canonical.sign(i) * work.gradient[i], kKept * multiplier);

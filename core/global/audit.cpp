@@ -273,12 +273,8 @@ class Hearing {
   void measure_change_by_equations(std::size_t j) {
     if (!changes_are_known_ || follows_->empty()) return;
     std::vector<double> slopes(here_.v.size(), 0.0);
-    std::vector<std::vector<std::size_t>> entries(changes_.size());
-    for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-      const auto [row, col] = s_.jacobian[k];
-      entries[at(row)].push_back(k);
-      if (at(row) == j) slopes[at(col)] += jacobian_[k];
-    }
+    const auto entries = entries_of_rows(s_);
+    for (const std::size_t k : entries[j]) slopes[at(s_.jacobian[k].col)] += jacobian_[k];
     for (auto equation = follows_->rbegin(); equation != follows_->rend(); ++equation) {
       const auto [row, variable] = *equation;
       double own = 0.0;
@@ -492,12 +488,6 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
     about.text = "relaxed: bound_relax_factor moved a bound of " + about.text + effect;
     reasons.push_back(std::move(about));
   };
-  const auto add_row = [&](Index row, const std::string& effect) {
-    add({.player = s.constraint_players[at(row)],
-         .text = constraint_name(s, row),
-         .constraints = {row}},
-        effect);
-  };
   const auto changes_f_by = [](double change) {
     return ", which changes f by about " + number_text(change, 2);
   };
@@ -508,19 +498,25 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
     const double beyond = excess(g, lower, upper);
     const auto row = static_cast<Index>(j);
     const double change = beyond * std::abs(result.lambda[j]);
-    if (change > counts_from) return add_row(row, changes_f_by(change));
-    // A multiplier of zero says nothing of how far the row is violated.
-    if (!(beyond > 0.0) || lower == upper) continue;
+    std::string effect;
+    // A multiplier of zero says nothing of how far the row is violated, nor do those of rows with
+    // worst cases, which have their own.
     const bool weak = certificate.weakly_active_min + certificate.weakly_active_max > 0 ||
-                      !result.worst_cases.empty();  // whose multipliers are not those of the rows
+                      !result.worst_cases.empty();
     const double most = relaxation_where_exceeded(g, lower, upper, options);
-    if (!weak && beyond > 0.5 * most) continue;
-    if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
-    const double share = beyond / std::abs(at_start[j] - g);
-    if (share > kCounts && std::isfinite(share)) {
-      return add_row(
-          row, ", which is violated by " + number_text(share, 2) + " of its change from the start");
+    if (change > counts_from) {
+      effect = changes_f_by(change);
+    } else if (beyond > 0.0 && lower != upper && (weak || !(beyond > 0.5 * most))) {
+      if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
+      const double share = beyond / std::abs(at_start[j] - g);
+      if (share > kCounts && std::isfinite(share))
+        effect =
+            ", which is violated by " + number_text(share, 2) + " of its change from the start";
     }
+    if (effect.empty()) continue;
+    return add(
+        {.player = s.constraint_players[j], .text = constraint_name(s, row), .constraints = {row}},
+        effect);
   }
   std::vector<double> gradient;
   for (std::size_t i = 0; i < result.v.size(); ++i) {

@@ -35,6 +35,12 @@ std::vector<std::size_t> variables_of(const ProblemStructure& s, Player player) 
   return found;
 }
 
+std::vector<std::vector<std::size_t>> entries_of_rows(const ProblemStructure& s) {
+  std::vector<std::vector<std::size_t>> entries(s.constraint_players.size());
+  for (const auto k : indices(s.jacobian)) entries[at(s.jacobian[k].row)].push_back(k);
+  return entries;
+}
+
 bool has_valid_indices(const ProblemStructure& s) { return check_indices(s).empty(); }
 
 std::vector<Index> robust_constraints(const ProblemStructure& s) {
@@ -272,28 +278,19 @@ bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
   constexpr double kRounding = 1e-11;  // beside the terms of an equation
   const ProblemStructure& s = model.structure();
   std::vector<Index> rows;
-  std::vector<std::size_t> place(s.constraint_players.size(), follows.size());
-  for (const auto k : indices(follows)) {
-    rows.push_back(follows[k].constraint);
-    place[at(rows.back())] = k;
-  }
+  for (const auto& [row, variable] : follows) rows.push_back(row);
   std::ranges::sort(rows);
-  std::vector<std::vector<std::size_t>> entries(follows.size());
-  for (const auto k : indices(s.jacobian)) {
-    const std::size_t own = place[at(s.jacobian[k].row)];
-    if (own < entries.size()) entries[own].push_back(k);
-  }
-  std::vector<double> g(place.size()), jacobian(s.jacobian.size()), step(v.size());
+  const auto entries = entries_of_rows(s);
+  std::vector<double> g(entries.size()), jacobian(s.jacobian.size()), step(v.size());
   for (std::size_t done = 0; done <= follows.size() + 1; ++done) {
     if (!model.constraint_rows(rows, v, true, g) || !model.jacobian_rows(rows, v, false, jacobian))
       return false;
     bool holds = true;
     std::ranges::fill(step, 0.0);
-    for (const auto k : indices(entries)) {
-      const auto [row, variable] = follows[k];
+    for (const auto& [row, variable] : follows) {
       const double error = g[at(row)] - s.constraint_lower[at(row)];
       double terms = std::abs(s.constraint_lower[at(row)]), rest = error, slope = 0.0;
-      for (const std::size_t entry : entries[k]) {
+      for (const std::size_t entry : entries[at(row)]) {
         const Index col = s.jacobian[entry].col;
         terms += std::abs(jacobian[entry] * v[at(col)]);
         (col == variable ? slope : rest) +=

@@ -20,6 +20,9 @@ namespace ipminmax {
 /// Indices that are marked, ascending.
 [[nodiscard]] std::vector<Index> marked(const std::vector<bool>& marks);
 
+/// Of each constraint its entries in the Jacobian.
+[[nodiscard]] std::vector<std::vector<std::size_t>> entries_of_rows(const ProblemStructure& s);
+
 /// What of Max a robust constraint involves: the Max variables that it reads, those tied to them by
 /// Max constraints, and these constraints. Ascending.
 struct RobustScope {

@@ -9,6 +9,7 @@
 #include "core/model/indices.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/extended_structure.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -45,10 +46,8 @@ class InRowUnits final : public ByRows<Restructured> {
   InRowUnits(Problem& model, const std::vector<double>& v, Index epigraph_row = -1)
       : ByRows(model),
         units_(units_of_rows(model, v, epigraph_row)),
-        entries_(units_.factor.size()),
+        entries_(entries_of_rows(changed)),
         lambda_(units_.factor.size()) {
-    for (const auto k : indices(changed.jacobian))
-      entries_[at(changed.jacobian[k].row)].push_back(k);
     for (const auto j : indices(units_.factor)) {
       for (auto* bounds : {&changed.constraint_lower, &changed.constraint_upper}) {
         double& bound = (*bounds)[j];
