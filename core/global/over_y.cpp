@@ -40,8 +40,6 @@ constexpr Index kOften = 10;
 constexpr std::size_t kBeside = 4;
 /// Maxima of one value that searches begin beside.
 constexpr Index kBesideOneHeight = 3;
-/// Barrier parameter from which a start beside a maximum is not forgotten.
-constexpr double kMuBeside = 1e-4;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
 
@@ -262,7 +260,7 @@ class MaximizationOverY {
   [[nodiscard]] std::vector<double> drawn(Index start, SolverOptions& options) {
     if (held_.empty()) {
       if (auto corner = corner_in_step(s_, y_, own_, ++corners_)) {
-        options = staying_near(options, kMuBeside);
+        options = staying_near(options);
         return std::move(*corner);
       }
     }
@@ -277,7 +275,7 @@ class MaximizationOverY {
     const bool climbs = start % 2 == 0 && limit_ && !found_.maxima.empty() && y_.equations == 0 &&
                         y_.boxed.size() > kMostHeld;
     if (!climbs) return v;
-    options = staying_near(options, kMuBeside);
+    options = staying_near(options);
     return start_above(inner_, options_, center(found_.maxima), std::move(v), number,
                        context_.work.counts);
   }
@@ -308,7 +306,7 @@ class MaximizationOverY {
   /// those on which x rests have one value, too.
   /// False: nothing more can be done.
   [[nodiscard]] bool look_beside() {
-    SolverOptions options = staying_near(options_, kMuBeside);
+    SolverOptions options = staying_near(options_);
     options.minmax_max_restarts = 0;
     const auto looked_at_height_of = [&](double value) {
       Index looked = 0;
@@ -597,7 +595,7 @@ Scans scan_robust_constraints(Problem& model, const std::vector<double>& x, Inde
       for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
       for (const auto& [equation, i] : scope.follows) v[at(i)] = last->v[at(i)];
       RowOverY problem(model, row, side, std::move(v), scope);
-      own.options = staying_near(context.options, kMuBeside);
+      own.options = staying_near(context.options);
       own.options.minmax_max_restarts = 0;
       scan = maximize_over_y(problem, 1, {}, own);
       if (scan.is_complete()) {

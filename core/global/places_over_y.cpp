@@ -125,12 +125,13 @@ bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const d
   return true;
 }
 
-SolverOptions staying_near(const SolverOptions& options, double mu) {
+SolverOptions staying_near(const SolverOptions& options) {
+  constexpr double kMuNear = 1e-4;
   SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, mu);
+  near.mu_init = std::min(options.mu_init, kMuNear);
   for (double* push :
        {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, mu);
+    *push = std::min(*push, kMuNear);
   }
   near.bound_mult_init_method = BoundMultiplierInit::MuBased;
   return near;

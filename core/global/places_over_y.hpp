@@ -42,7 +42,7 @@ struct SetOfY {
 
 /// Options of a solve that is not to forget where it begins: from a large barrier parameter the
 /// central path leads to the same maxima whatever the start.
-[[nodiscard]] SolverOptions staying_near(const SolverOptions& options, double mu);
+[[nodiscard]] SolverOptions staying_near(const SolverOptions& options);
 
 /// Where variables follow others by equations: v with these all at their lower bounds, all at their
 /// upper ones, and in turn, as number is 1 to 4. Along a trajectory random disturbances cancel;

@@ -45,8 +45,6 @@ constexpr double kNearAKink = 0.3;
 /// Distance, beside the range of each variable, up to which a maximum is that of a copy, which has
 /// moved.
 constexpr double kSameBranch = 0.05;
-/// Barrier parameter from which a solve does not forget the answer where it begins.
-constexpr double kMuNear = 1e-4;
 /// Scenarios of a constraint for each Min variable, and in all.
 constexpr Index kScenariosPerX = 4;
 constexpr Index kMostScenarios = 100;
@@ -319,7 +317,7 @@ class RobustSearch {
     }
     for (bool near = place_.near;; near = false) {
       // With a large mu maxima at different bounds are one.
-      SolverOptions options = near ? staying_near(options_, kMuNear) : options_;
+      SolverOptions options = near ? staying_near(options_) : options_;
       options.warm_start_init_point = false;
       if (coarse) options.max_iter = std::min(options.max_iter, kCoarseIterations);
       // Where worst cases are looked for, that is where to begin anew.

@@ -58,22 +58,22 @@ Answer refused(std::string error) {
 }
 
 /// One for each thread.
-std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_problem, int count) {
-  std::vector<std::unique_ptr<Problem>> models;
-  for (int k = 0; k < count; ++k) {
-    models.push_back(make_problem());
-    if (!models.back()) throw std::invalid_argument("the factory of a multistart made no problem");
+struct OwnModels {
+  OwnModels(const ProblemFactory& make_problem, int count) {
+    for (int k = 0; k < count; ++k) {
+      owned.push_back(make_problem());
+      if (!owned.back()) throw std::invalid_argument("the factory of a multistart made no problem");
+      models.push_back(owned.back().get());
+    }
   }
-  return models;
-}
-
-/// ranks: null, or the others that share the starts.
-Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, Ranks* ranks,
-              const SolverOptions& asked, const MultistartObserver& observer, const Points& given,
-              const std::vector<RobustWorstCase>& known = {}) {
+  std::vector<std::unique_ptr<Problem>> owned;
   std::vector<Problem*> models;
-  if (own != nullptr) models.push_back(own);
-  for (const auto& model : owned) models.push_back(model.get());
+};
+
+/// models: one for each thread. ranks: null, or the others that share the starts.
+Answer run_on(const std::vector<Problem*>& models, Ranks* ranks, const SolverOptions& asked,
+              const MultistartObserver& observer, const Points& given,
+              const std::vector<RobustWorstCase>& known = {}) {
   const SolverOptions options = for_all_parts(models.front()->structure(), asked);
   if (auto error = error_of(*models.front(), options); !error.empty()) return refused(error);
   Budget budget(options, observer);
@@ -112,7 +112,7 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
     if (kept == nullptr) return run_for(problem, options, observer).best;
     std::vector<RobustWorstCase> known = std::exchange(kept->worst_cases, {});
     if (!options.warm_start_init_point) known.clear();
-    Result result = run_on({}, &problem, nullptr, options, listener_of(observer), {}, known).best;
+    Result result = run_on({&problem}, nullptr, options, listener_of(observer), {}, known).best;
     if (is_success(result.status)) kept->worst_cases = result.worst_cases;
     return result;
   }
@@ -127,7 +127,7 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
 
 Answer run(Problem& problem, const SolverOptions& options, const MultistartObserver& observer,
            const Points& given) {
-  return run_on({}, &problem, nullptr, options, observer, given);
+  return run_on({&problem}, nullptr, options, observer, given);
 }
 
 Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
@@ -177,16 +177,16 @@ MultistartResult multistart(const ProblemFactory& make_problem, int threads,
                             const SolverOptions& options, const MultistartObserver& observer,
                             const Points& given) {
   const int starts = std::max(options.minmax_starts, static_cast<int>(given.size()) + 1);
-  return run_on(make_models(make_problem, std::clamp(threads, 1, std::max(starts - 1, 1))), nullptr,
-                nullptr, options, observer, given);
+  const OwnModels own(make_problem, std::clamp(threads, 1, std::max(starts - 1, 1)));
+  return run_on(own.models, nullptr, options, observer, given);
 }
 
 MultistartResult multistart_over_ranks(const ProblemFactory& make_problem, int threads,
                                        const SolverOptions& options,
                                        const MultistartObserver& observer, const Points& given) {
   Ranks ranks;
-  return run_on(make_models(make_problem, std::max(threads, 1)), nullptr, &ranks, options, observer,
-                given);
+  const OwnModels own(make_problem, std::max(threads, 1));
+  return run_on(own.models, &ranks, options, observer, given);
 }
 
 StartsRank join_ranks_for_starts() {

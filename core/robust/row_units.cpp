@@ -59,8 +59,8 @@ std::vector<double> sizes_near(const ProblemStructure& s, const std::vector<doub
   return sizes;
 }
 
-/// Largest absolute derivative of each row, besides that of the epigraph's t, the last variable: the
-/// only size that is known of a function of y without bounds.
+/// Largest absolute derivative of each row, besides that of the epigraph's t, the last variable:
+/// the only size that is known of a function of y without bounds.
 std::vector<double> largest_slopes(const ProblemStructure& s, const Values& here,
                                    Index epigraph_row) {
   std::vector<double> slopes(s.constraint_players.size(), 0.0);
