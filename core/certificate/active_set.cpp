@@ -32,11 +32,6 @@ Index ActiveBounds::weak(const CanonicalProblem& canonical, Player player) const
   return count;
 }
 
-bool within_relaxation(const CanonicalProblem& canonical, Index i, int side, double distance,
-                       const SolverOptions& options) {
-  return distance <= 2.0 * relaxation_of(canonical, i, side, options);
-}
-
 void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
                       const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
                       ActiveBounds& set) {
@@ -45,7 +40,8 @@ void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& op
     const double unit = scaling.variable[i];
     const BoundClass found =
         class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
-    const bool relaxed = within_relaxation(canonical, i, side, distance, options);
+    // Else the model's own bound may be active.
+    const bool relaxed = distance <= 2.0 * relaxation_of(canonical, i, side, options);
     set.include(i, side,
                 found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
   });
@@ -59,7 +55,15 @@ ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& its_canonical, KktSyste
       set(its_set),
       scaling(its_scaling),
       arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
-  set_scaled(canonical, evaluation, scaling, arrays_.scaled);
+  Evaluation& scaled = arrays_.scaled;
+  scaled = evaluation;
+  scaled.jacobian_call = scaled.hessian_call = 0;  // of no evaluation
+  for_each_in_hessian(canonical, scaled, [&](Index i, Index j, double& value) {
+    value *= scaling.variable[i] * scaling.variable[j];
+  });
+  for_each_in_jacobian(canonical, scaled, [&](Index row, Index col, double& value) {
+    value *= scaling.constraint[row] * scaling.variable[col];
+  });
   arrays_.reduced = arrays_.scaled;
   arrays_.fixed.assign(at(canonical.variables()), false);
 }

@@ -78,11 +78,6 @@ struct ActiveBounds {
 void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
                       const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
                       ActiveBounds& set);
-/// Whether the distance to the bound is at most its relaxation, so that the model's own bound may
-/// be active.
-[[nodiscard]] bool within_relaxation(const CanonicalProblem& canonical, Index i, int side,
-                                     double distance, const SolverOptions& options);
-
 [[nodiscard]] inline bool is_slack(const CanonicalProblem& canonical, Index variable) {
   return canonical.x_slacks().contains(variable) || canonical.y_slacks().contains(variable);
 }

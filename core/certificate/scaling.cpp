@@ -215,16 +215,4 @@ double size_of_problem(const CanonicalProblem& canonical, const Vector& v,
                   longest(canonical, canonical.starting_point().v, scaling));
 }
 
-void set_scaled(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                const VariableScaling& scaling, Evaluation& scaled) {
-  scaled = evaluation;
-  scaled.jacobian_call = scaled.hessian_call = 0;
-  for_each_in_hessian(canonical, scaled, [&](Index i, Index j, double& value) {
-    value *= scaling.variable[i] * scaling.variable[j];
-  });
-  for_each_in_jacobian(canonical, scaled, [&](Index row, Index col, double& value) {
-    value *= scaling.constraint[row] * scaling.variable[col];
-  });
-}
-
 }  // namespace ipminmax

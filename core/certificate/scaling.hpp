@@ -93,8 +93,4 @@ void for_each_in_hessian(const CanonicalProblem& canonical, Derivatives& at_poin
   return {0, canonical.constraints()};
 }
 
-/// Writes the scaled derivatives. Their call numbers are reset.
-void set_scaled(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                const VariableScaling& scaling, Evaluation& scaled);
-
 }  // namespace ipminmax

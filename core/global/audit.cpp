@@ -364,11 +364,6 @@ double tolerance_of_f(const SolverOptions& options) {
   return std::max(options.tol, options.minmax_worst_case_tol);
 }
 
-/// f may be maximized over other y, which is no question with a negative factor of the objective.
-bool has_worst_case(const ProblemStructure& s, const Result& result) {
-  return !(result.objective_scale < 0.0) && has_max_variables(s);
-}
-
 void look_at_witnesses(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
                        Result& result, Counts& counts) {
   const ProblemStructure& s = model.structure();
@@ -386,10 +381,12 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
       result.worst_cases.push_back(std::move(*violated));
     }
   }
-  const bool is_known = result.worst_case.higher || !has_worst_case(s, result);
-  const Look* higher = is_known || !std::isfinite(result.objective)
-                           ? nullptr
-                           : hearing.higher(tolerance_of_f(options));
+  // With a negative factor of the objective other y are no question.
+  if (result.worst_case.higher || result.objective_scale < 0.0 || !has_max_variables(s) ||
+      !std::isfinite(result.objective)) {
+    return;
+  }
+  const Look* higher = hearing.higher(tolerance_of_f(options));
   if (higher == nullptr) return;
   WorstCase& worst = result.worst_case;
   worst.value = higher->f;

@@ -1,12 +1,9 @@
 #include "core/global/choice.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <utility>
 
-#include "core/model/compare.hpp"
 #include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
 
@@ -43,24 +40,5 @@ Rank rank_of(const Result& result) {
 }
 
 bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); }
-
-void add_distinct(const ProblemStructure& structure, const VariableRanges& ranges, bool by_x,
-                  double tol, Index start, Result&& result, std::vector<DistinctPoint>& points) {
-  std::vector<std::size_t> compared = variables_of(structure, Player::Min);
-  if (!by_x) std::ranges::copy(variables_of(structure, Player::Max), std::back_inserter(compared));
-  const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
-    return same_point(result.v, point.result.v, ranges, compared, tol);
-  });
-  if (known == points.end()) {
-    points.push_back({std::move(result), start, 1});
-    return;
-  }
-  ++known->found;
-  // The higher of two y at the same x is the worst case there.
-  if (by_x && result.objective > known->result.objective) {
-    known->result = std::move(result);
-    known->first_start = start;
-  }
-}
 
 }  // namespace ipminmax

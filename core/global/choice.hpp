@@ -26,10 +26,4 @@ using Rank = std::tuple<int, int, double>;
 /// no y refutes it.
 [[nodiscard]] bool stands(const Result& result);
 
-/// Adds one more certified point, unless it is known: then one more start has found it, and the
-/// higher value stands for both. by_x: where several y are worst, any of them may stand in v, and
-/// points with the same x are one. tol: of each variable's range.
-void add_distinct(const ProblemStructure& structure, const VariableRanges& ranges, bool by_x,
-                  double tol, Index start, Result&& result, std::vector<DistinctPoint>& points);
-
 }  // namespace ipminmax

@@ -6,12 +6,9 @@
 
 #include "core/global/held.hpp"
 #include "core/global/places_over_y.hpp"
-#include "core/model/canonical_problem.hpp"
-#include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
-#include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
@@ -30,9 +27,6 @@ constexpr double kMore = 1e-2;
 /// Searches after which a row is not looked at any longer whose maxima, less than half as many, are
 /// far from the limit: of 9,000 more in 250 random programs none exceeded it.
 constexpr Index kLooksFromAfar = 3;
-/// Solving again: solves within which each side is searched fully, some in each. A full search
-/// costs about ten times what following one maximum does: so both cost the same.
-constexpr std::size_t kSolvesOfFullSearches = 10;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
 constexpr Index kOften = 10;
@@ -542,115 +536,6 @@ MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index 
   Held inner = alone(model, Player::Max, v);
   if (context.options.minmax_concave_in_y) return maximize_over_y(inner, 1, {}, context);
   return maximize_over_y(inner, starts, given, context);
-}
-
-std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
-                                                   const SolverOptions& options) {
-  if (!may_look_longer(options) || options.minmax_worst_case_proof) return {};
-  std::vector<RobustWorstCase> followed;
-  for (RobustWorstCase& one : last) {
-    if (!(one.range > 0.0)) continue;
-    const auto known = std::ranges::find_if(followed, [&](const RobustWorstCase& other) {
-      return other.constraint == one.constraint && other.side == one.side;
-    });
-    if (known == followed.end()) {
-      followed.push_back(std::move(one));
-    } else if (std::pair(one.active, one.side * one.value) >
-               std::pair(known->active, known->side * known->value)) {
-      *known = std::move(one);
-    }
-  }
-  std::ranges::stable_sort(followed, {}, &RobustWorstCase::age);
-  followed.resize(followed.size() - followed.size() / kSolvesOfFullSearches);
-  std::erase_if(followed, [](const RobustWorstCase& one) {
-    return one.age + 1 >= static_cast<Index>(kSolvesOfFullSearches);
-  });
-  return followed;
-}
-
-Scans scan_robust_constraints(Problem& model, const std::vector<double>& x, Index starts,
-                              const RobustCopies::WorstCases& known,
-                              const std::vector<RobustWorstCase>& followed,
-                              const RobustScopes& scopes, const RowUnits& units,
-                              const MaximizationContext& context) {
-  const ProblemStructure& s = model.structure();
-  const auto scan_in = [&](const RobustScope& scope, const RobustBound& of) {
-    MaximaOverY scan;
-    if (context.budget.used_up()) return scan;
-    const auto& [row, side, bound, accepted] = of;
-    Points given;
-    for (const RobustCopies::WorstCase& other : known) {
-      if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
-    }
-    const auto last = std::ranges::find_if(followed, [&](const RobustWorstCase& one) {
-      return of.is_of(one) && one.v.size() == x.size();
-    });
-    const bool was_active = last != followed.end() && last->active;
-    MaximizationContext own = context;
-    own.size = units.size[at(row)];
-    if (!scope.follows.empty())
-      own.complete = [&](std::vector<double>& v) { return complete(model, scope.follows, v); };
-    if (last != followed.end() && !was_active) {
-      std::vector<double> v = x;
-      for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
-      for (const auto& [equation, i] : scope.follows) v[at(i)] = last->v[at(i)];
-      RowOverY problem(model, row, side, std::move(v), scope);
-      own.options = staying_near(context.options);
-      own.options.minmax_max_restarts = 0;
-      scan = maximize_over_y(problem, 1, {}, own);
-      if (scan.is_complete()) {
-        const double below = bound - scan.maxima.front().value;
-        scan.spread = last->range;
-        scan.age = last->age + 1;
-        if (!is_near_limit(below / units.factor[at(row)], last->range)) return scan;
-        given.push_back(scan.maxima.front().v);
-      }
-      own.options = context.options;
-    }
-    RowOverY problem(model, row, side, x, scope);
-    if (was_active) own.options.minmax_worst_case_starts = starts;  // and no more
-    scan = maximize_over_y(problem, starts, given, own,
-                           starts > 0 ? std::optional(accepted) : std::nullopt);
-    if (!scan.may_be_higher())
-      scan.spread = (scan.range.most - scan.range.least) / units.factor[at(row)];
-    if (was_active) {
-      scan.spread = std::max(scan.spread, last->range);
-      scan.age = last->age + 1;
-    }
-    if (scan.proof) {
-      for (double* value : {&scan.proof->seen, &scan.proof->proved})
-        *value = units.value(at(row), side, *value);
-      describe(row, side, *scan.proof);
-    }
-    return scan;
-  };
-  const auto scan_side = [&](RobustScope scope, const RobustBound& of) {
-    MaximaOverY scan = scan_in(scope, of);
-    if (!scan.completed) {  // where a trajectory that goes on diverges y is not Max's
-      scope = scopes.all_of(of.constraint);
-      scan = scan_in(scope, of);
-    }
-    if (scope.idle.empty() || !scope.follows.empty() || starts == 0) return scan;
-    // What is idle may decide which y have a solution of the equations at all.
-    scope.idle.clear();
-    MaximaOverY other = scan_in(scope, of);
-    return other.is_higher(other.highest(), scan.highest()) ? other : scan;
-  };
-  Scans scans;
-  for (const Index row : robust_constraints(s)) {
-    const RobustScope scope = scopes.of(row);
-    const double lower = s.constraint_lower[at(row)], upper = s.constraint_upper[at(row)];
-    for (const int side : {1, -1}) {
-      const double bound = side > 0 ? upper : -lower;
-      if (!(bound < (side > 0 ? context.options.nlp_upper_bound_inf
-                              : -context.options.nlp_lower_bound_inf)))
-        continue;
-      const RobustBound of{row, side, bound,
-                           bound + relaxation(bound, upper - lower, context.options)};
-      static_cast<RobustBound&>(scans.emplace_back(scan_side(scope, of))) = of;
-    }
-  }
-  return scans;
 }
 
 }  // namespace ipminmax

@@ -162,20 +162,4 @@ void add_gap(Problem& model, const SolverOptions& options, Budget& budget, Resul
 /// Cuts what another form of a model has behind the model's own variables and constraints.
 void cut(const ProblemStructure& model, Result& result);
 
-/// Maximizes each bounded side of each robust constraint over all of y at the x of a point, from
-/// the known worst cases and others. scopes: of the model. units: of its rows, for what is said of
-/// proofs. followed: worst cases of the last solve, at most one
-/// of a side. If x rested on it, the side is searched from `starts` starts alone. Else, if this
-/// maximum is far from the limit when it has moved with x, the side is not searched further.
-[[nodiscard]] Scans scan_robust_constraints(Problem& model, const std::vector<double>& x,
-                                            Index starts, const RobustCopies::WorstCases& known,
-                                            const std::vector<RobustWorstCase>& followed,
-                                            const RobustScopes& scopes, const RowUnits& units,
-                                            const MaximizationContext& context);
-
-/// Of each side the highest worst case of the last solve, unless its full search is among the
-/// oldest: then it is searched fully in this one.
-[[nodiscard]] std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
-                                                                 const SolverOptions& options);
-
 }  // namespace ipminmax

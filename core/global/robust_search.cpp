@@ -15,7 +15,9 @@
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/proof/enclosure.hpp"
 #include "core/robust/epigraph.hpp"
+#include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
@@ -34,6 +36,9 @@ constexpr Index kMostRounds = 30;
 constexpr Index kCoarseRounds = 2;
 constexpr Index kCoarseStarts = 2;
 constexpr Index kCoarseIterations = 200;
+/// Solving again: solves within which each side is searched fully, some in each. A full search
+/// costs about ten times what following one maximum does: so both cost the same.
+constexpr std::size_t kSolvesOfFullSearches = 10;
 /// Violation, beside the range of a row, that held y may leave before copies go on.
 constexpr double kCoarse = 1e-3;
 /// Distance to the bound, beside the range of a row, up to which a maximum gets a copy after coarse
@@ -105,6 +110,32 @@ WorstCases at_known(const ProblemStructure& s, const std::vector<RobustWorstCase
 
   if (chosen.empty() && nearest) chosen.push_back(std::move(*nearest));
   return chosen;
+}
+
+/// Of each side the highest worst case of the last solve, unless its full search is among the
+/// oldest: then it is searched fully in this one.
+std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
+                                                   const SolverOptions& options) {
+  if (!may_look_longer(options) || options.minmax_worst_case_proof) return {};
+  std::vector<RobustWorstCase> followed;
+  for (RobustWorstCase& one : last) {
+    if (!(one.range > 0.0)) continue;
+    const auto known = std::ranges::find_if(followed, [&](const RobustWorstCase& other) {
+      return other.constraint == one.constraint && other.side == one.side;
+    });
+    if (known == followed.end()) {
+      followed.push_back(std::move(one));
+    } else if (std::pair(one.active, one.side * one.value) >
+               std::pair(known->active, known->side * known->value)) {
+      *known = std::move(one);
+    }
+  }
+  std::ranges::stable_sort(followed, {}, &RobustWorstCase::age);
+  followed.resize(followed.size() - followed.size() / kSolvesOfFullSearches);
+  std::erase_if(followed, [](const RobustWorstCase& one) {
+    return one.age + 1 >= static_cast<Index>(kSolvesOfFullSearches);
+  });
+  return followed;
 }
 
 /// Of a constraint at v, as each Min variable moves by its size.
@@ -330,20 +361,105 @@ class RobustSearch {
     }
   }
 
-  /// At the x of place_.v; maximizations begin at the known worst cases, too.
+  /// How worst cases are looked for at one x.
+  struct Look {
+    Index starts;             ///< of y for each side
+    const WorstCases& known;  ///< where maximizations begin, too
+    MaximizationContext context;
+  };
+
+  /// Maximizes each bounded side of each robust constraint over all of y at the x of place_.v.
   Scans scan(Index starts, const WorstCases& known) {
-    MaximizationContext context{options_, budget_, form_.start, asked_, work_};
-    context.witnesses = &form_.witnesses;
+    Look look{starts, known, {options_, budget_, form_.start, asked_, work_}};
+    look.context.witnesses = &form_.witnesses;
     ranges_.see(place_.v);
-    context.sizes = &ranges_;
+    look.context.sizes = &ranges_;
     // None looks from where a scan before it did.
-    context.drawn = std::max(kMostStartsOfAScan, starts_) * scans_++;
-    Scans scans = scan_robust_constraints(form_.solved, place_.v, starts, known, followed_, scopes_,
-                                          form_.units, context);
+    look.context.drawn = std::max(kMostStartsOfAScan, starts_) * scans_++;
+    Scans scans;
+    for (const Index row : robust_constraints(s_)) {
+      const RobustScope scope = scopes_.of(row);
+      const double lower = s_.constraint_lower[at(row)], upper = s_.constraint_upper[at(row)];
+      for (const int side : {1, -1}) {
+        const double bound = side > 0 ? upper : -lower;
+        const bool bounded =
+            side > 0 ? upper < options_.nlp_upper_bound_inf : lower > options_.nlp_lower_bound_inf;
+        if (!bounded) continue;
+        const RobustBound of{row, side, bound, bound + relaxation(bound, upper - lower, options_)};
+        static_cast<RobustBound&>(scans.emplace_back(scan_side(look, scope, of))) = of;
+      }
+    }
     for (const MaximaOverY& side : scans) {
       for (const WorstCaseMaximum& maximum : side.maxima) ranges_.see(maximum.v);
     }
     return scans;
+  }
+
+  MaximaOverY scan_side(const Look& look, RobustScope scope, const RobustBound& of) {
+    MaximaOverY scan = scan_in(scope, look, of);
+    if (!scan.completed) {  // where a trajectory that goes on diverges y is not Max's
+      scope = scopes_.all_of(of.constraint);
+      scan = scan_in(scope, look, of);
+    }
+    if (scope.idle.empty() || !scope.follows.empty() || look.starts == 0) return scan;
+    // What is idle may decide which y have a solution of the equations at all.
+    scope.idle.clear();
+    MaximaOverY other = scan_in(scope, look, of);
+    return other.is_higher(other.highest(), scan.highest()) ? other : scan;
+  }
+
+  /// If x rested on the worst case that is followed, the side is searched from `starts` starts
+  /// alone. Else, if this maximum is far from the limit when it has moved with x, the side is not
+  /// searched further.
+  MaximaOverY scan_in(const RobustScope& scope, const Look& look, const RobustBound& of) {
+    MaximaOverY scan;
+    if (budget_.used_up()) return scan;
+    const auto& [row, side, bound, accepted] = of;
+    const double factor = form_.units.factor[at(row)];
+    Points given;
+    for (const RobustCopies::WorstCase& other : look.known) {
+      if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
+    }
+    const auto last = std::ranges::find_if(followed_, [&](const RobustWorstCase& one) {
+      return of.is_of(one) && one.v.size() == place_.v.size();
+    });
+    const bool is_followed = last != followed_.end(), was_active = is_followed && last->active;
+    MaximizationContext context = look.context;
+    context.size = form_.units.size[at(row)];
+    if (!scope.follows.empty())
+      context.complete = [&](auto& v) { return complete(form_.solved, scope.follows, v); };
+    if (is_followed && !was_active) {
+      std::vector<double> v = place_.v;
+      for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
+      for (const auto& [equation, i] : scope.follows) v[at(i)] = last->v[at(i)];
+      RowOverY problem(form_.solved, row, side, std::move(v), scope);
+      context.options = staying_near(options_);
+      context.options.minmax_max_restarts = 0;
+      scan = maximize_over_y(problem, 1, {}, context);
+      if (scan.is_complete()) {
+        const double below = bound - scan.maxima.front().value;
+        scan.spread = last->range;
+        scan.age = last->age + 1;
+        if (!is_near_limit(below / factor, last->range)) return scan;
+        given.push_back(scan.maxima.front().v);
+      }
+      context.options = options_;
+    }
+    RowOverY problem(form_.solved, row, side, place_.v, scope);
+    if (was_active) context.options.minmax_worst_case_starts = look.starts;  // and no more
+    scan = maximize_over_y(problem, look.starts, given, context,
+                           look.starts > 0 ? std::optional(accepted) : std::nullopt);
+    if (!scan.may_be_higher()) scan.spread = (scan.range.most - scan.range.least) / factor;
+    if (was_active) {
+      scan.spread = std::max(scan.spread, last->range);
+      scan.age = last->age + 1;
+    }
+    if (scan.proof) {
+      for (double* value : {&scan.proof->seen, &scan.proof->proved})
+        *value = form_.units.value(at(row), side, *value);
+      describe(row, side, *scan.proof);
+    }
+    return scan;
   }
 
   /// One more worst case of each side whose largest maximum exceeds the bound; with held y one of

@@ -40,6 +40,29 @@ SolverOptions for_all_parts(const ProblemStructure& structure, SolverOptions opt
   return options;
 }
 
+/// Why f cannot be treated as a robust constraint, or nothing be proved, as asked; empty: it can.
+std::string error_over_y(Problem& model, const SolverOptions& options) {
+  const char* asked = options.minmax_worst_case_proof    ? "minmax_worst_case_proof"
+                      : options.minmax_epigraph          ? "minmax_epigraph"
+                      : options.minmax_epigraph_at_kinks ? "minmax_epigraph_at_kinks"
+                                                         : nullptr;
+  if (asked == nullptr || !has_valid_indices(model.structure()) ||
+      !has_max_variables(model.structure())) {
+    return {};
+  }
+  if (options.minmax_worst_case_proof && model.over_boxes() == nullptr) {
+    return "minmax_worst_case_proof needs a model whose formulas are known (docs/proof.md)";
+  }
+  bool mirrored = options.obj_scaling_factor < 0.0;
+  if (options.nlp_scaling_method == Scaling::User) {
+    UserScaling scaling;
+    if (model.user_scaling(scaling) && scaling.objective < 0.0) mirrored = !mirrored;
+  }
+  if (!mirrored) return {};
+  return std::string(asked) +
+         " cannot be used with a negative factor of the objective, by which y minimizes f";
+}
+
 /// What is wrong with what was asked for; empty: nothing that the door sees.
 std::string error_of(Problem& problem, const SolverOptions& options) {
   if (auto error = check(options); !error.empty()) return error;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <new>
 #include <tuple>
 #include <utility>
@@ -7,8 +8,10 @@
 #include "core/global/over_y.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/starts.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "core/worst_case.hpp"
 
 // The answer of all starts: the best one, with other y of it looked at.
@@ -37,6 +40,9 @@ class Starts::Choice {
            has_max_variables(model_.structure());
   }
 
+  /// Adds certified points, unless they are known: then one more start has found them, and the
+  /// higher value stands for both. Where several y are worst, any of them may stand in v, and points
+  /// with the same x are one.
   void add_certified() {
     const ProblemStructure& structure = model_.structure();
     const bool branches = options_.minmax_epigraph || options_.minmax_epigraph_at_kinks;
@@ -48,9 +54,23 @@ class Starts::Choice {
     for (const auto& [start, v] : all_.outcomes_.uncertified()) ranges.see(v);
     auto certified = all_.outcomes_.take_certified();
     for (const auto& [start, result] : certified) ranges.see(result.v);
+    std::vector<std::size_t> compared = variables_of(structure, Player::Min);
+    if (!by_x)
+      std::ranges::copy(variables_of(structure, Player::Max), std::back_inserter(compared));
     for (auto& [start, result] : certified) {
-      add_distinct(structure, ranges, by_x, options_.minmax_distinct_tol, start, std::move(result),
-                   answer_.points);
+      const auto known = std::ranges::find_if(answer_.points, [&](const DistinctPoint& point) {
+        return same_point(result.v, point.result.v, ranges, compared, options_.minmax_distinct_tol);
+      });
+      if (known == answer_.points.end()) {
+        answer_.points.push_back({std::move(result), start, 1});
+        continue;
+      }
+      ++known->found;
+      // The higher of two y at the same x is the worst case there.
+      if (by_x && result.objective > known->result.objective) {
+        known->result = std::move(result);
+        known->first_start = start;
+      }
     }
   }
 
