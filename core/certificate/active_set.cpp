@@ -5,33 +5,6 @@
 
 namespace ipminmax {
 
-void ActiveBounds::reset(const CanonicalProblem& canonical) {
-  redundant.clear();
-  held_rows.clear();
-  of.assign(at(canonical.variables()), BoundClass::Inactive);
-  side.assign(at(canonical.variables()), 0);
-}
-
-void ActiveBounds::include(Index i, int side_of_bound, BoundClass found) {
-  if (side_of(i) != 0 && found <= of[at(i)]) return;
-  of[at(i)] = found;
-  side[at(i)] = static_cast<std::int8_t>(side_of_bound);
-}
-
-void ActiveBounds::hold(Index i) {
-  of[at(i)] = BoundClass::Active;
-  side[at(i)] = 0;
-}
-
-Index ActiveBounds::weak(const CanonicalProblem& canonical, Player player) const {
-  Index count = 0;
-  for (const Index i : each_variable(canonical)) {
-    const bool own = canonical.owned_by_max(i) == (player == Player::Max);
-    if (own && of[at(i)] == BoundClass::WeaklyActive) ++count;
-  }
-  return count;
-}
-
 void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
                       const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
                       ActiveBounds& set) {
@@ -45,27 +18,6 @@ void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& op
     set.include(i, side,
                 found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
   });
-}
-
-ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
-                                 const ActiveBounds& its_set, const VariableScaling& its_scaling,
-                                 const Evaluation& evaluation, ActiveSetArrays* arrays)
-    : canonical(its_canonical),
-      kkt(its_kkt),
-      set(its_set),
-      scaling(its_scaling),
-      arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
-  Evaluation& scaled = arrays_.scaled;
-  scaled = evaluation;
-  scaled.jacobian_call = scaled.hessian_call = 0;  // of no evaluation
-  for_each_in_hessian(canonical, scaled, [&](Index i, Index j, double& value) {
-    value *= scaling.variable[i] * scaling.variable[j];
-  });
-  for_each_in_jacobian(canonical, scaled, [&](Index row, Index col, double& value) {
-    value *= scaling.constraint[row] * scaling.variable[col];
-  });
-  arrays_.reduced = arrays_.scaled;
-  arrays_.fixed.assign(at(canonical.variables()), false);
 }
 
 void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times,

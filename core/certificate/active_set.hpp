@@ -40,11 +40,23 @@ struct ActiveBounds {
   std::vector<bool> held_rows;
 
   /// All bounds inactive, all rows counted.
-  void reset(const CanonicalProblem& canonical);
+  void reset(const CanonicalProblem& canonical) {
+    redundant.clear();
+    held_rows.clear();
+    of.assign(at(canonical.variables()), BoundClass::Inactive);
+    side.assign(at(canonical.variables()), 0);
+  }
   /// One of a variable's bounds.
-  void include(Index i, int side_of_bound, BoundClass found);
+  void include(Index i, int side_of_bound, BoundClass found) {
+    if (side_of(i) != 0 && found <= of[at(i)]) return;
+    of[at(i)] = found;
+    side[at(i)] = static_cast<std::int8_t>(side_of_bound);
+  }
   /// Holds a variable where it is, at a bound or not.
-  void hold(Index i);
+  void hold(Index i) {
+    of[at(i)] = BoundClass::Active;
+    side[at(i)] = 0;
+  }
   [[nodiscard]] bool is_redundant(Index constraint) const {
     return !redundant.empty() && redundant[at(constraint)];
   }
@@ -59,7 +71,14 @@ struct ActiveBounds {
     return std::ranges::find(of, BoundClass::WeaklyActive) == of.end();
   }
   /// Weakly active bounds of a player.
-  [[nodiscard]] Index weak(const CanonicalProblem& canonical, Player player) const;
+  [[nodiscard]] Index weak(const CanonicalProblem& canonical, Player player) const {
+    Index count = 0;
+    for (const Index i : each_variable(canonical)) {
+      const bool own = canonical.owned_by_max(i) == (player == Player::Max);
+      if (own && of[at(i)] == BoundClass::WeaklyActive) ++count;
+    }
+    return count;
+  }
   [[nodiscard]] BoundClass operator[](Index i) const { return of[at(i)]; }
   [[nodiscard]] int side_of(Index i) const { return side[at(i)]; }
   /// Distance to the bound meant, and its multiplier.
@@ -117,7 +136,24 @@ class ActiveSetSystem {
   /// system makes its own.
   ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
                   const ActiveBounds& its_set, const VariableScaling& its_scaling,
-                  const Evaluation& evaluation, ActiveSetArrays* arrays = nullptr);
+                  const Evaluation& evaluation, ActiveSetArrays* arrays = nullptr)
+      : canonical(its_canonical),
+        kkt(its_kkt),
+        set(its_set),
+        scaling(its_scaling),
+        arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
+    Evaluation& scaled = arrays_.scaled;
+    scaled = evaluation;
+    scaled.jacobian_call = scaled.hessian_call = 0;  // of no evaluation
+    for_each_in_hessian(canonical, scaled, [&](Index i, Index j, double& value) {
+      value *= scaling.variable[i] * scaling.variable[j];
+    });
+    for_each_in_jacobian(canonical, scaled, [&](Index row, Index col, double& value) {
+      value *= scaling.constraint[row] * scaling.variable[col];
+    });
+    arrays_.reduced = scaled;
+    arrays_.fixed.assign(at(canonical.variables()), false);
+  }
   ActiveSetSystem(const ActiveSetSystem&) = delete;
   ActiveSetSystem& operator=(const ActiveSetSystem&) = delete;
 

@@ -87,9 +87,22 @@ struct TrialPoint {
   std::optional<WrongCurvature> wrong{};
 
   /// Starts a trial at a point, without results. Arrays keep their memory.
-  void begin(const CanonicalProblem& canonical, const Point& here, double its_mu);
+  void begin(const CanonicalProblem& canonical, const Point& here, double its_mu) {
+    point = here;
+    mu = its_mu;
+    set.reset(canonical);
+    inactive = {};
+    test = {};
+    newton.clear();
+    inner.reset();
+    full.reset();
+    moved.reset();
+  }
   /// Holds the inactive copies and leaves out the rows on them.
-  void hold_inactive();
+  void hold_inactive() {
+    for (const Index i : inactive.variables) set.hold(i);
+    set.held_rows = inactive.rows;
+  }
 };
 
 /// What the second-order test found, and where.

@@ -275,18 +275,6 @@ struct DependenceSearch {
 
 }  // namespace
 
-bool Dependences::independent(const CanonicalProblem& canonical, Player player) const {
-  return complete && std::ranges::none_of(found, [&](const Dependence& d) {
-           return canonical.max_constraints().contains(d.row) == (player == Player::Max);
-         });
-}
-
-std::vector<bool> Dependences::redundant(const CanonicalProblem& canonical) const {
-  std::vector<bool> rows(at(canonical.constraints()), false);
-  for (const Dependence& dependence : found) rows[at(dependence.row)] = dependence.identical;
-  return rows;
-}
-
 Dependences find_dependences(TestContext& c, ActiveSetSystem& system, const Point& point) {
   return DependenceSearch{c, system, point}.run();
 }

@@ -185,8 +185,8 @@ struct CornerCheck {
   }
 };
 
-}  // namespace
-
+/// Writes arrays.found. assembled: derivatives in the factorized matrices; null: there are no
+/// factors. is_scaled: whether these derivatives are scaled.
 void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
                            const VariableScaling& scaling, const Evaluation* assembled,
                            bool is_scaled, CurvatureArrays& arrays) {
@@ -203,6 +203,10 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
   if (is_scaled) found.direction.array() *= scaling.variable.array();
 }
 
+/// Compares W with a difference of gradients along the direction of little curvature, to a tenth of
+/// that curvature. Returns the row of W that disagrees most; empty: none, or the model is undefined
+/// on both sides of the point. lambda: for which W was evaluated. arrays: after
+/// find_little_curvature.
 std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
                                         const Vector& lambda, const VariableScaling& scaling,
                                         CurvatureArrays& arrays) {
@@ -218,6 +222,28 @@ std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point
   return compare_second_derivatives(
       canonical, point.iterate.v, lambda, point.evaluation, step, scaling.variable,
       std::clamp(kLittle * curvature.least, kLeastError, kLargestError), arrays.differences);
+}
+
+}  // namespace
+
+void TestContext::examine_curvature(const Point& point, const Vector& lambda,
+                                    const VariableScaling& scaling, ActiveSetSystem* system,
+                                    const Evaluation* assembled) {
+  arrays.curvature.held.resize(at(canonical.variables()));
+  for (const Index i : each_variable(canonical))
+    arrays.curvature.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
+  find_little_curvature(canonical, kkt, scaling, system ? &system->assembled() : assembled,
+                        system != nullptr, arrays.curvature);
+  // Differences have errors of their own, which the tests allow for.
+  if (!hessian_error)
+    wrong_row = find_wrong_row(canonical, point, lambda, scaling, arrays.curvature);
+}
+
+void examine_unclear_curvature(TestContext& c, const Evaluation* assembled) {
+  const Iterate& given = c.given.iterate;
+  c.examine_curvature(c.given, given.lambda,
+                      variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling),
+                      nullptr, assembled);
 }
 
 Index multiplier_lost_inside(TestContext& c, const TrialPoint& trial, const Point& point) {

@@ -26,21 +26,6 @@ struct CurvatureArrays {
   std::vector<bool> held;  ///< variables at active bounds, and slacks
   DifferenceArrays differences;
 };
-/// Writes arrays.found. assembled: derivatives in the factorized matrices; null: there are no
-/// factors. is_scaled: whether these derivatives are scaled.
-void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
-                           const VariableScaling& scaling, const Evaluation* assembled,
-                           bool is_scaled, CurvatureArrays& arrays);
-
-/// Compares W with a difference of gradients along the direction of little curvature, to a tenth of
-/// that curvature. Returns the row of W that disagrees most; empty: none, or the model is undefined
-/// on both sides of the point. lambda: for which W was evaluated. arrays: after
-/// find_little_curvature.
-[[nodiscard]] std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical,
-                                                      const Point& point, const Vector& lambda,
-                                                      const VariableScaling& scaling,
-                                                      CurvatureArrays& arrays);
-
 /// Work arrays of the check of a vertex.
 struct CornerArrays {
   Vector here, there;  ///< gradients of the Lagrangian

@@ -339,15 +339,6 @@ struct ActiveSetNewton {
 
 }  // namespace
 
-void NewtonTest::clear() {
-  done = set_holds = false;
-  released.clear();
-  hessian_change.clear();
-  error.setZero();
-  contraction = step = turn = inner_turn = 0.0;
-  changing = left_in = turning = -1;
-}
-
 bool newton_confirms(TestContext& c, TrialPoint& trial, ActiveSetSystem& system,
                      const KktSolve& solve) {
   ActiveSetNewton newton{c, trial, system, solve};

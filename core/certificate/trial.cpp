@@ -126,47 +126,6 @@ bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const Newton
   }
 }
 
-// --- TestContext ---------------------------------------------------------------------------------
-
-void TestContext::examine_curvature(const Point& point, const Vector& lambda,
-                                    const VariableScaling& scaling, ActiveSetSystem* system,
-                                    const Evaluation* assembled) {
-  arrays.curvature.held.resize(at(canonical.variables()));
-  for (const Index i : each_variable(canonical))
-    arrays.curvature.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
-  find_little_curvature(canonical, kkt, scaling, system ? &system->assembled() : assembled,
-                        system != nullptr, arrays.curvature);
-  // Differences have errors of their own, which the tests allow for.
-  if (!hessian_error)
-    wrong_row = find_wrong_row(canonical, point, lambda, scaling, arrays.curvature);
-}
-
-void examine_unclear_curvature(TestContext& c, const Evaluation* assembled) {
-  const Iterate& given = c.given.iterate;
-  c.examine_curvature(c.given, given.lambda,
-                      variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling),
-                      nullptr, assembled);
-}
-
-// --- TrialPoint ----------------------------------------------------------------------------------
-
-void TrialPoint::begin(const CanonicalProblem& canonical, const Point& here, double its_mu) {
-  point = here;
-  mu = its_mu;
-  set.reset(canonical);
-  inactive = {};
-  test = {};
-  newton.clear();
-  inner.reset();
-  full.reset();
-  moved.reset();
-}
-
-void TrialPoint::hold_inactive() {
-  for (const Index i : inactive.variables) set.hold(i);
-  set.held_rows = inactive.rows;
-}
-
 void guess_active_set(const TestContext& c, TrialPoint& trial) {
   guess_active_set(c.canonical, c.options, trial.point.iterate, trial.scaling, kStrictRatio,
                    trial.set);

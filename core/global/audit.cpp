@@ -639,26 +639,6 @@ void Witnesses::add(std::span<const double> v, List& list) try {
 } catch (const std::bad_alloc&) {  // one witness less
 }
 
-void Witnesses::add(std::span<const double> v) { add(v, met_); }
-
-void Witnesses::add_start(std::span<const double> v) { add(v, starts_); }
-
-void Witnesses::add(const Result& result) {
-  add(result.v);
-  add(result.worst_case.v);
-  for (const RobustWorstCase& worst : result.worst_cases) add(worst.v);
-}
-
-Points Witnesses::all() const {
-  const std::lock_guard lock(mutex_);
-  return met_.kept;
-}
-
-Points Witnesses::starts() const {
-  const std::lock_guard lock(mutex_);
-  return starts_.kept;
-}
-
 namespace {
 
 /// Every function has its proof, and none says that there is no y.

@@ -489,12 +489,6 @@ class MaximizationOverY {
 
 }  // namespace
 
-double MaximaOverY::highest() const {
-  double value = -kInfinity;
-  for (const WorstCaseMaximum& maximum : maxima) value = std::max(value, maximum.value);
-  return value;
-}
-
 std::vector<double> MaximaOverY::heights() const {
   std::vector<double> values;
   for (const WorstCaseMaximum& maximum : maxima) {

@@ -18,6 +18,7 @@
 #include "core/robust/robust_copies.hpp"
 #include "core/robust/row_units.hpp"
 #include "core/worst_case.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -106,7 +107,11 @@ struct MaximaOverY : RobustBound {
     return !is_higher(value, other) && !is_higher(other, value);
   }
   /// Value of the maxima; -infinity: there is none.
-  [[nodiscard]] double highest() const;
+  [[nodiscard]] double highest() const {
+    double value = -kInfinity;
+    for (const WorstCaseMaximum& maximum : maxima) value = std::max(value, maximum.value);
+    return value;
+  }
   /// The values of certified maxima that differ clearly.
   [[nodiscard]] std::vector<double> heights() const;
   [[nodiscard]] bool any_certified() const {

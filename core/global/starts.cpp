@@ -39,8 +39,6 @@ void StartOutcomes::add(Index start, Result&& result) {
   }
 }
 
-void StartOutcomes::add_work(const Result& part) { ipminmax::add_work(part, work_); }
-
 std::vector<std::pair<Index, Result>> StartOutcomes::take_certified() {
   std::vector<std::pair<Index, Result>> taken;
   for (const bool solved : {true, false}) {
@@ -50,10 +48,6 @@ std::vector<std::pair<Index, Result>> StartOutcomes::take_certified() {
   }
   certified_.clear();
   return taken;
-}
-
-std::pair<Index, Result> StartOutcomes::take_best_uncertified() {
-  return std::exchange(best_uncertified_, {-1, {}});
 }
 
 namespace {

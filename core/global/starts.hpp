@@ -19,6 +19,7 @@
 #include "core/model/budget.hpp"
 #include "core/parallel/ranks.hpp"
 #include "core/search/one_start.hpp"
+#include "core/search/random_starts.hpp"
 #include "linalg/inertia.hpp"
 
 namespace ipminmax {
@@ -30,7 +31,7 @@ class StartOutcomes {
   /// Each start once.
   void add(Index start, Result&& result);
   /// Work that is no start's.
-  void add_work(const Result& part);
+  void add_work(const Result& part) { ipminmax::add_work(part, work_); }
 
   [[nodiscard]] bool has_certified() const { return !certified_.empty(); }
   /// Points of starts that no certified one came of, of the first thousand starts: their y may be
@@ -42,7 +43,9 @@ class StartOutcomes {
   /// others to the acceptable level. The list has them no more.
   [[nodiscard]] std::vector<std::pair<Index, Result>> take_certified();
   /// Of results without certificate, the earlier start's among equals; start -1: there is none.
-  [[nodiscard]] std::pair<Index, Result> take_best_uncertified();
+  [[nodiscard]] std::pair<Index, Result> take_best_uncertified() {
+    return std::exchange(best_uncertified_, {-1, {}});
+  }
   [[nodiscard]] const std::map<Status, Index>& statuses() const { return statuses_; }
   /// Iterations, factorizations, counts and times of all.
   [[nodiscard]] const Result& work() const { return work_; }

@@ -68,17 +68,13 @@ RobustScopes::RobustScopes(const ProblemStructure& structure, const std::vector<
     columns_[at(row)].push_back(col);
     if (structure.constraint_players[at(row)] == Player::Max) rows_[at(col)].push_back(row);
   }
-  match();
+  // Max's equations get unbounded variables of their own: a largest matching.
+  for (const auto row : indices(columns_)) {
+    if (is_equation_of_max(structure, row)) match_from(static_cast<Index>(row));
+  }
   for (const auto k : indices(linear)) {
     const auto [row, col] = structure.jacobian[k];
     if (determines_[at(row)] == col) explicit_[at(row)] = linear[k];
-  }
-}
-
-/// Gives Max's equations unbounded variables of their own: a largest matching.
-void RobustScopes::match() {
-  for (const auto row : indices(columns_)) {
-    if (is_equation_of_max(*structure_, row)) match_from(static_cast<Index>(row));
   }
 }
 
@@ -110,25 +106,6 @@ void RobustScopes::match_from(Index start) {
       seen[at(i)] = true;
       found_from.emplace_back(i, row);
       queue.push_back(determined_by_[at(i)]);
-    }
-  }
-}
-
-/// What constraints of Max tie to what a constraint reads.
-void RobustScopes::tie(Index constraint, Marks& variables, Marks& rows) const {
-  std::vector<Index> queue;
-  const auto read = [&](Index row) {
-    for (const Index i : columns_[at(row)]) {
-      if (!variables[at(i)]) queue.push_back(i);
-      variables[at(i)] = true;
-    }
-  };
-  read(constraint);
-  for (std::size_t next = 0; next < queue.size(); ++next) {
-    for (const Index row : rows_[at(queue[next])]) {
-      if (rows[at(row)]) continue;
-      rows[at(row)] = true;
-      read(row);
     }
   }
 }
@@ -213,8 +190,23 @@ std::vector<Index> RobustScopes::followers(const RobustScope& scope) const {
 }
 
 RobustScope RobustScopes::all_of(Index constraint) const {
+  // What constraints of Max tie to what the constraint reads.
   Marks variables(rows_.size(), false), rows(columns_.size(), false);
-  tie(constraint, variables, rows);
+  std::vector<Index> queue;
+  const auto read = [&](Index row) {
+    for (const Index i : columns_[at(row)]) {
+      if (!variables[at(i)]) queue.push_back(i);
+      variables[at(i)] = true;
+    }
+  };
+  read(constraint);
+  for (std::size_t next = 0; next < queue.size(); ++next) {
+    for (const Index row : rows_[at(queue[next])]) {
+      if (rows[at(row)]) continue;
+      rows[at(row)] = true;
+      read(row);
+    }
+  }
   RobustScope scope{marked(variables), marked(rows), {}, {}};
   const Marks counts = matters(constraint, scope.constraints);
   for (const Index i : scope.variables) {

@@ -62,9 +62,7 @@ class RobustScopes {
 
  private:
   using Marks = std::vector<bool>;
-  void match();
   void match_from(Index row);
-  void tie(Index constraint, Marks& variables, Marks& rows) const;
   void depend(const std::vector<Index>& seeds, Marks& variables) const;
   [[nodiscard]] Marks matters(Index constraint, const std::vector<Index>& constraints) const;
   [[nodiscard]] std::vector<Index> followers(const RobustScope& scope) const;
