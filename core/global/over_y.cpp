@@ -135,7 +135,7 @@ class MaximizationOverY {
         own_(starting_values(inner)),
         sampled_(with_bounds_of_rows(inner, own_, context.work.counts)),
         ranges_(sampled_),
-        y_(set_of_y(s_, options_)),
+        y_(s_, options_),
         has_branches_(y_.equations > 0 && !context.complete) {
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
@@ -148,9 +148,9 @@ class MaximizationOverY {
 
   [[nodiscard]] MaximaOverY run(Index starts, Points given) {
     if (starts > 1 && !options_.minmax_concave_in_y) {
-      auto corner = best_corner(inner_, y_);
-      if (!corner) corner = best_corner_held();
-      if (corner) given.push_back(std::move(*corner));
+      std::vector<double> corner = best_corner();
+      if (corner.empty()) corner = best_corner_held();
+      if (!corner.empty()) given.push_back(std::move(corner));
     }
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
     Result detection;
@@ -209,20 +209,55 @@ class MaximizationOverY {
   }
 
  private:
+  /// The start with the variables that have two bounds at one: is_upper(k) says whether the k-th is
+  /// at its upper one.
+  template <class IsUpper>
+  [[nodiscard]] std::vector<double> at_corner(const IsUpper& is_upper) const {
+    std::vector<double> v = own_;
+    for (const auto k : indices(y_.boxed)) {
+      const std::size_t i = y_.boxed[k];
+      v[i] = (is_upper(k) ? s_.variable_upper : s_.variable_lower)[i];
+    }
+    return v;
+  }
+
+  /// Corners of the box of y have numbers below this: bit k says at which bound the k-th is.
+  [[nodiscard]] std::size_t corners() const { return std::size_t{1} << y_.boxed.size(); }
+  [[nodiscard]] std::vector<double> corner(std::size_t number) const {
+    return at_corner([&](std::size_t k) { return (number >> k & 1U) != 0; });
+  }
+
+  /// The corner of the box of y with the largest value; empty: y is no box, or of too many
+  /// variables.
+  [[nodiscard]] std::vector<double> best_corner() {
+    constexpr std::size_t kMostOfCorners = 8;
+    std::vector<double> best;
+    if (own_.empty() || y_.boxed.empty() || y_.boxed.size() > kMostOfCorners || !y_.is_box() ||
+        y_.equations > 0 || y_.has_inequalities) {
+      return best;
+    }
+    double highest = -kInfinity;
+    for (std::size_t number = 0; number < corners(); ++number) {
+      std::vector<double> v = corner(number);
+      double f = 0.0;
+      if (!inner_.objective(v, true, f) || !(f > highest)) continue;
+      highest = f;
+      best = std::move(v);
+    }
+    return best;
+  }
+
   /// Where few variables have two bounds and others follow them by equations, as states do unknown
   /// parameters: the corner of these with the largest value, by a solve that holds them there for
   /// each. One that diverges, as on an unstable trajectory, may be worse than all others.
-  [[nodiscard]] std::optional<std::vector<double>> best_corner_held() {
-    const std::vector<std::size_t>& boxed = y_.boxed;
-    if (own_.empty() || boxed.empty() || boxed.size() > kMostHeld || y_.is_box() ||
+  [[nodiscard]] std::vector<double> best_corner_held() {
+    if (own_.empty() || y_.boxed.empty() || y_.boxed.size() > kMostHeld || y_.is_box() ||
         !y_.is_connected())
       return {};
-    held_ = boxed;
+    held_ = y_.boxed;
     std::optional<Result> best;
-    std::vector<double> v = own_;
-    for (std::size_t corner = 0; corner < (std::size_t{1} << boxed.size()); ++corner) {
-      if (context_.budget.used_up()) break;
-      move_to_corner(s_, boxed, corner, v);
+    for (std::size_t number = 0; number < corners() && !context_.budget.used_up(); ++number) {
+      const std::vector<double> v = corner(number);
       Result result = solve_held(v);
       if (!is_success(result.status)) {
         found_.valueless_corners.push_back(v);
@@ -249,14 +284,16 @@ class MaximizationOverY {
     return result;
   }
 
-  /// First where trajectories are at their worst; then a random one, every other one above it,
+  /// First where trajectories are at their worst: what has two bounds all at lower bounds, all at
+  /// upper ones, and in turn, for random disturbances cancel along a trajectory and what is worst
+  /// mostly pushes one way. Then a random one, every other one above it,
   /// unless single variables lead away from Y at once. Empty: what follows diverges.
   [[nodiscard]] std::vector<double> drawn(Index start, SolverOptions& options) {
-    if (held_.empty()) {
-      if (auto corner = corner_in_step(s_, y_, own_, ++corners_)) {
-        options = staying_near(options);
-        return std::move(*corner);
-      }
+    constexpr std::size_t kCorners = 4;
+    if (held_.empty() && !y_.boxed.empty() && y_.equations > 0 && corners_ < kCorners) {
+      options = staying_near(options);
+      const std::size_t corner = corners_++, step = corner > 1 ? 1 : 0;
+      return at_corner([&](std::size_t k) { return (corner + k * step) % 2 == 1; });
     }
     const Index number = context_.drawn + start;
     std::vector<double> v = random_start(sampled_, own_, number, options_);
@@ -484,19 +521,10 @@ class MaximizationOverY {
   double accuracy_ = kInfinity;          ///< of the value that a maximization leaves
   std::vector<std::size_t> held_;        ///< few variables that all others follow; none: empty
   std::vector<Beside> beside_;           ///< each of the maxima
-  Index corners_ = 0;                    ///< that starts have had
+  std::size_t corners_ = 0;              ///< that starts have had
 };
 
 }  // namespace
-
-std::vector<double> MaximaOverY::heights() const {
-  std::vector<double> values;
-  for (const WorstCaseMaximum& maximum : maxima) {
-    const auto as_high = [&](double value) { return is_as_high(value, maximum.value); };
-    if (maximum.certified && std::ranges::none_of(values, as_high)) values.push_back(maximum.value);
-  }
-  return values;
-}
 
 void cut(const ProblemStructure& model, Result& result) {
   const auto shorten = [](std::vector<double>& values, std::size_t most) {

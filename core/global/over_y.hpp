@@ -113,7 +113,15 @@ struct MaximaOverY : RobustBound {
     return value;
   }
   /// The values of certified maxima that differ clearly.
-  [[nodiscard]] std::vector<double> heights() const;
+  [[nodiscard]] std::vector<double> heights() const {
+    std::vector<double> values;
+    for (const WorstCaseMaximum& maximum : maxima) {
+      const auto as_high = [&](double value) { return is_as_high(value, maximum.value); };
+      if (maximum.certified && std::ranges::none_of(values, as_high))
+        values.push_back(maximum.value);
+    }
+    return values;
+  }
   [[nodiscard]] bool any_certified() const {
     return std::ranges::any_of(maxima, &WorstCaseMaximum::certified);
   }

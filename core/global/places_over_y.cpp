@@ -15,8 +15,6 @@
 namespace ipminmax {
 namespace {
 
-/// Most variables of a box whose corners are all looked at.
-constexpr std::size_t kMostOfCorners = 8;
 /// By which a start that leaves Y is drawn back, again and again.
 constexpr double kDrawnBack = 0.8;
 constexpr int kMostDrawnBack = 10;
@@ -67,7 +65,7 @@ std::vector<double> other_bounds(const ProblemStructure& s, const std::vector<do
 template <class Keep>
 void try_bounds(Problem& inner, const SolverOptions& options, std::vector<double>& v,
                 const std::vector<double>& lambda, Counts& counts, const Keep& keep) {
-  for (const std::size_t i : set_of_y(inner.structure(), options).boxed) {
+  for (const std::size_t i : SetOfY(inner.structure(), options).boxed) {
     for (const double bound : other_bounds(inner.structure(), v, i)) {
       const double before = std::exchange(v[i], bound);
       if (!keep(i, bound, lagrangian(inner, v, lambda, counts))) v[i] = before;
@@ -93,23 +91,21 @@ std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options
 
 }  // namespace
 
-SetOfY set_of_y(const ProblemStructure& s, const SolverOptions& options) {
-  SetOfY y;
-  y.has_rows = !s.constraint_lower.empty();
+SetOfY::SetOfY(const ProblemStructure& s, const SolverOptions& options)
+    : has_rows(!s.constraint_lower.empty()) {
   for (const auto i : indices(s.variable_lower)) {
     const double lower = s.variable_lower[i], upper = s.variable_upper[i];
     if (!(lower < upper)) continue;
-    y.free.push_back(i);
+    free.push_back(i);
     if (lower > options.nlp_lower_bound_inf && upper < options.nlp_upper_bound_inf)
-      y.boxed.push_back(i);
+      boxed.push_back(i);
   }
   for (const auto j : indices(s.constraint_lower)) {
     const double lower = s.constraint_lower[j], upper = s.constraint_upper[j];
-    if (lower == upper) ++y.equations;
+    if (lower == upper) ++equations;
     const bool bounded = lower > options.nlp_lower_bound_inf || upper < options.nlp_upper_bound_inf;
-    if (bounded && lower < upper) y.has_inequalities = true;
+    if (bounded && lower < upper) has_inequalities = true;
   }
-  return y;
 }
 
 bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const double> v) {
@@ -137,47 +133,6 @@ SolverOptions staying_near(const SolverOptions& options) {
   return near;
 }
 
-std::optional<std::vector<double>> corner_in_step(const ProblemStructure& structure,
-                                                  const SetOfY& y, std::vector<double> v,
-                                                  Index number) {
-  constexpr Index kCorners = 4;
-  if (number > kCorners || y.boxed.empty() || y.equations == 0) return {};
-  const std::size_t step = number > 2 ? 1 : 0;
-  for (const auto k : indices(y.boxed)) {
-    const bool upper = (at(number - 1) + k * step) % 2 == 1;
-    v[y.boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[y.boxed[k]];
-  }
-  return v;
-}
-
-void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,
-                    std::size_t corner, std::vector<double>& v) {
-  for (const auto k : indices(boxed)) {
-    const bool upper = (corner >> k & 1U) != 0;
-    v[boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[boxed[k]];
-  }
-}
-
-std::optional<std::vector<double>> best_corner(Problem& inner, const SetOfY& y) {
-  const ProblemStructure& s = inner.structure();
-  if (y.boxed.empty() || y.boxed.size() > kMostOfCorners || !y.is_box() || y.equations > 0 ||
-      y.has_inequalities) {
-    return std::nullopt;
-  }
-  std::optional<std::vector<double>> best;
-  std::vector<double> v = starting_values(inner);
-  double highest = -kInfinity;
-  for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << y.boxed.size());
-       ++corner) {
-    move_to_corner(s, y.boxed, corner, v);
-    double f = 0.0;
-    if (!inner.objective(v, true, f) || !(f > highest)) continue;
-    highest = f;
-    best = v;
-  }
-  return best;
-}
-
 std::vector<double> start_above(Problem& inner, const SolverOptions& options,
                                 std::span<const double> center, std::vector<double> random,
                                 Index start, Counts& counts) {
@@ -185,7 +140,7 @@ std::vector<double> start_above(Problem& inner, const SolverOptions& options,
   std::mt19937_64 generator(at(start));
   const double share = uniform(generator);
   std::vector<double> middle(center.begin(), center.end());
-  for (const std::size_t i : set_of_y(s, options).boxed) {
+  for (const std::size_t i : SetOfY(s, options).boxed) {
     middle[i] = 0.5 * (s.variable_lower[i] + s.variable_upper[i]);
     random[i] = random[i] > middle[i] ? s.variable_upper[i] : s.variable_lower[i];
   }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,9 +17,10 @@ struct SetOfY {
   std::vector<std::size_t> free;   ///< variables that are not fixed
   std::vector<std::size_t> boxed;  ///< of these with two bounds
   std::size_t equations = 0;       ///< constraints that are equations
-  bool has_rows = false;           ///< there are constraints, perhaps without bounds
+  bool has_rows;                   ///< there are constraints, perhaps without bounds
   bool has_inequalities = false;
 
+  SetOfY(const ProblemStructure& structure, const SolverOptions& options);
   /// None of the variables can run away.
   [[nodiscard]] bool is_box() const { return boxed.size() == free.size(); }
   /// A box, and states that follow from variables in it by equations. Else Y may consist of several
@@ -34,7 +34,6 @@ struct SetOfY {
     return is_connected() && equations + boxed.size() == free.size();
   }
 };
-[[nodiscard]] SetOfY set_of_y(const ProblemStructure& structure, const SolverOptions& options);
 
 /// Whether the constraints hold; false where they are undefined.
 [[nodiscard]] bool is_feasible(Problem& inner, const SolverOptions& options,
@@ -43,22 +42,6 @@ struct SetOfY {
 /// Options of a solve that is not to forget where it begins: from a large barrier parameter the
 /// central path leads to the same maxima whatever the start.
 [[nodiscard]] SolverOptions staying_near(const SolverOptions& options);
-
-/// Where variables follow others by equations: v with these all at their lower bounds, all at their
-/// upper ones, and in turn, as number is 1 to 4. Along a trajectory random disturbances cancel;
-/// what is worst mostly pushes one way. Empty: no such number, no equation, no bounds.
-[[nodiscard]] std::optional<std::vector<double>> corner_in_step(const ProblemStructure& structure,
-                                                                const SetOfY& y,
-                                                                std::vector<double> v,
-                                                                Index number);
-
-/// Puts these at the corner of their box of that number: bit k says whether the k-th is at its
-/// upper bound.
-void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,
-                    std::size_t corner, std::vector<double>& v);
-
-/// The corner of the box of y with the largest value; empty: y is no box, or of too many variables.
-[[nodiscard]] std::optional<std::vector<double>> best_corner(Problem& inner, const SetOfY& y);
 
 /// From the middle of the box of y, or from the center, a point of a convex Y, where that is not in
 /// Y, towards the corner next to a random point, as far as Max's constraints hold; then along single

@@ -40,7 +40,17 @@ Result Refinement::from(Problem& model, const std::vector<double>& v, Index star
   const bool can_branch =
       has_valid_indices(model.structure()) && has_max_variables(model.structure());
   if (options.minmax_epigraph && can_branch) return over_branches(model, v, start, false);
-  Result answer = as_asked(model, v, start, structure);
+  const auto as_asked = [&] {
+    if (has_rows_for_every_y(model.structure(), options)) {
+      InRowUnits rows(model, v);
+      return search_worst_cases({rows, model, rows.units(), options, budget, start,
+                                 starts_over_y_of_rows(options), witnesses},
+                                v, known);
+    }
+    Restarted restarted(model, v);
+    return structure.solve(restarted, options, budget, budget.observer_of(start, among_others));
+  };
+  Result answer = as_asked();
   const bool has_point = !answer.v.empty() && all_finite(answer.v);
   if (!options.minmax_epigraph_at_kinks || !can_branch || !has_point || !may_be_kink(answer.status))
     return answer;
@@ -60,18 +70,6 @@ Result Refinement::from(Problem& model, const std::vector<double>& v, Index star
     if (found) break;
   }
   return answer;
-}
-
-Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index start,
-                            SearchStructure& structure) const {
-  if (has_rows_for_every_y(model.structure(), options)) {
-    InRowUnits rows(model, v);
-    return search_worst_cases({rows, model, rows.units(), options, budget, start,
-                               starts_over_y_of_rows(options), witnesses},
-                              v, known);
-  }
-  Restarted restarted(model, v);
-  return structure.solve(restarted, options, budget, budget.observer_of(start, among_others));
 }
 
 /// With all of y if f turns out to read more of it than was seen around the start.

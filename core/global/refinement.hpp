@@ -28,8 +28,6 @@ struct Refinement {
                             SearchStructure& structure) const;
 
  private:
-  [[nodiscard]] Result as_asked(Problem& model, const std::vector<double>& v, Index start,
-                                SearchStructure& structure) const;
   [[nodiscard]] Result over_branches(Problem& model, const std::vector<double>& v, Index start,
                                      bool at_kink) const;
 };

@@ -110,19 +110,6 @@ void RobustScopes::match_from(Index start) {
   }
 }
 
-/// Adds what the variables that constraints read depend on, through the equations that determine
-/// them.
-void RobustScopes::depend(const std::vector<Index>& seeds, Marks& variables) const {
-  std::vector<Index> queue = seeds;
-  for (std::size_t next = 0; next < queue.size(); ++next) {
-    for (const Index i : columns_[at(queue[next])]) {
-      if (variables[at(i)]) continue;
-      variables[at(i)] = true;
-      if (determined_by_[at(i)] >= 0) queue.push_back(determined_by_[at(i)]);
-    }
-  }
-}
-
 /// What of Max the constraint depends on, if these constraints are tied to it: one that determines
 /// nothing restricts what it reads, and so what that depends on.
 RobustScopes::Marks RobustScopes::matters(Index constraint,
@@ -139,7 +126,14 @@ RobustScopes::Marks RobustScopes::matters(Index constraint,
   Marks matters(rows_.size(), false);
   for (std::size_t before = 0; seeds.size() > before;) {
     before = seeds.size();
-    depend(seeds, matters);
+    // What the variables that these read depend on, through the equations that determine them.
+    std::vector<Index> queue = seeds;
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      for (const Index i : columns_[at(queue[next])]) {
+        if (!matters[at(i)] && determined(i)) queue.push_back(determined_by_[at(i)]);
+        matters[at(i)] = true;
+      }
+    }
     for (const Index row : restricting) {
       const auto& reads = columns_[at(row)];
       if (std::ranges::any_of(reads, [&](Index i) { return matters[at(i)]; }) &&

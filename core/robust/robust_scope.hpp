@@ -63,7 +63,6 @@ class RobustScopes {
  private:
   using Marks = std::vector<bool>;
   void match_from(Index row);
-  void depend(const std::vector<Index>& seeds, Marks& variables) const;
   [[nodiscard]] Marks matters(Index constraint, const std::vector<Index>& constraints) const;
   [[nodiscard]] std::vector<Index> followers(const RobustScope& scope) const;
   [[nodiscard]] std::vector<RobustScope::Explicit> in_order(const std::vector<Index>& variables,
