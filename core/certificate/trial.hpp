@@ -79,22 +79,9 @@ struct TestContext {
                                     const NewtonResidual& rhs, Step& step,
                                     const Regularization& shift = {});
 
-/// Guesses the trial's active set by z / s at its point, in the trial's scaling.
-void guess_active_set(const TestContext& c, TrialPoint& trial);
-/// Takes the multipliers of inactive inequalities, which come from the barrier, out of W. False:
-/// the model is undefined.
-[[nodiscard]] bool drop_inactive_multipliers(TestContext& c, TrialPoint& trial);
 /// Returns lambda with zeros for inactive inequalities.
 [[nodiscard]] Vector without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set,
                                       Vector lambda);
-/// Returns a scaling from certain entries of W and the Jacobian only: those that rounding of the
-/// variables, errors of the multipliers and the last Newton step change by less than their own
-/// size.
-[[nodiscard]] VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial);
-
-/// Computes the Newton step to the solution with the trial's active set. Sets converges, and error:
-/// the change of W over the step.
-void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system);
 /// Whether a Newton step with this solver keeps the active set, and the next step would be much
 /// shorter. The step tried is longer than what rounding of the derivatives could explain. W at its
 /// end has no multipliers of inactive inequalities.

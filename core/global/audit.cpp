@@ -72,7 +72,13 @@ class Hearing {
     see(here_);
     std::mt19937_64 random(20220411);
     for (int k = 0; k < kSamples; ++k) {
-      if (const auto v = answer_with(sample(random)); !v.empty()) static_cast<void>(look(v));
+      std::vector<double> y = max_part(s_, here_.v);
+      for (const auto i : indices(of_max_)) {
+        const std::size_t own = of_max_[i];
+        const SampledRange box{s_.variable_lower[own], s_.variable_upper[own]};
+        if (is_boxed(own)) y[i] = box.draw(random);
+      }
+      if (const auto v = answer_with(y); !v.empty()) static_cast<void>(look(v));
     }
     measure_changes_by_min();
   }
@@ -307,16 +313,6 @@ class Hearing {
     const double least = options_.tol / options_.minmax_worst_case_tol;
     range_of_f_.cap = cap(change_of_f_, f, least / scale_of_f_);
     for (std::size_t j = 0; j < g.size(); ++j) ranges_[j].cap = cap(changes_[j], g[j], least);
-  }
-
-  /// A random point of y's box; of variables without one the answer's value.
-  [[nodiscard]] std::vector<double> sample(std::mt19937_64& random) const {
-    std::vector<double> y;
-    for (const std::size_t i : of_max_) {
-      const SampledRange box{s_.variable_lower[i], s_.variable_upper[i]};
-      y.push_back(is_boxed(i) ? box.draw(random) : here_.v[i]);
-    }
-    return y;
   }
 
   [[nodiscard]] bool is_boxed(std::size_t i) const {

@@ -18,11 +18,6 @@
 namespace ipminmax {
 namespace {
 
-void set_seconds(const Budget& budget, Result& result) {
-  result.seconds = result.timing.total = budget.stopwatch().wall();
-  result.cpu_seconds = budget.stopwatch().cpu();
-}
-
 /// One solve is all that is asked for.
 bool is_plain(const ProblemStructure& structure, const SolverOptions& options) {
   return options.minmax_starts <= 1 && options.minmax_worst_case_starts <= 0 &&
@@ -107,7 +102,8 @@ Answer run_on(const std::vector<Problem*>& models, Ranks* ranks, const SolverOpt
         *models.front(), options, [&] { return !budget.interrupted(); }, answer.best);
   }
   add_gap(*models.front(), options, budget, answer.best);
-  set_seconds(budget, answer.best);
+  answer.best.seconds = answer.best.timing.total = budget.stopwatch().wall();
+  answer.best.cpu_seconds = budget.stopwatch().cpu();
   return answer;
 }
 

@@ -19,19 +19,6 @@
 namespace ipminmax {
 namespace {
 
-void check_point(const ProblemStructure& structure, std::span<const double> v) {
-  if (v.size() != structure.variable_players.size()) {
-    throw std::invalid_argument("the point of a worst-case check has " + std::to_string(v.size()) +
-                                " values for " + std::to_string(structure.variable_players.size()) +
-                                " variables");
-  }
-  for (const auto i : indices(v)) {
-    if (std::isfinite(v[i])) continue;
-    throw std::invalid_argument("variable " + std::to_string(i) +
-                                " of a worst-case check's point is not finite");
-  }
-}
-
 /// Values of maxima in the summary.
 constexpr std::size_t kMostListed = 10;
 /// Of the range of f over y: maxima whose values differ by less are as high.
@@ -93,7 +80,16 @@ void look_for_worst_case(Problem& problem, Index starts, const Points& given,
 WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
                                 const SolverOptions& options, Index starts, const Points& given,
                                 const MultistartObserver& observer) {
-  check_point(problem.structure(), v);
+  const std::size_t n = problem.structure().variable_players.size();
+  if (v.size() != n) {
+    throw std::invalid_argument("the point of a worst-case check has " + std::to_string(v.size()) +
+                                " values for " + std::to_string(n) + " variables");
+  }
+  for (const auto i : indices(v)) {
+    if (std::isfinite(v[i])) continue;
+    throw std::invalid_argument("variable " + std::to_string(i) +
+                                " of a worst-case check's point is not finite");
+  }
   WorstCaseCheck check;
   if (!has_max_variables(problem.structure())) return check;
   double here = -kInfinity;
