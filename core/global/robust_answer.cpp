@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -62,19 +61,18 @@ void turn_to_objective(double t, WorstCaseProof& proof) {
 }
 
 /// The worst case with the largest f where f is treated as a robust constraint, among equal ones
-/// that with the largest multiplier: its y is the answer to x. Empty: f is not.
-std::optional<std::size_t> highest_branch(Index row_of_f, const RobustCopies& copies,
-                                          const Result& result) {
-  std::optional<std::size_t> best;
+/// that with the largest multiplier: its y is the answer to x. Null: f is not.
+const RobustCopies::Part* highest_branch(Index row_of_f, const RobustCopies& copies,
+                                         const Result& result) {
+  const RobustCopies::Part* best = nullptr;
   double highest = -kInfinity, multiplier = 0.0;
-  for (const auto k : indices(copies.worst_cases())) {
-    const auto row = at(copies.row(k));
-    if (copies.worst_cases()[k].constraint != row_of_f || row >= result.constraints.size())
-      continue;
+  for (const RobustCopies::Part& part : copies.worst_cases()) {
+    const auto row = at(part.row);
+    if (part.worst_case.constraint != row_of_f || row >= result.constraints.size()) continue;
     const double f = result.constraints[row];  // f - t, in units in which its range is about 1
     const double own = std::abs(result.lambda[row]);
     if (f > highest + kSameHeight || (f > highest - kSameHeight && own > multiplier)) {
-      best = k;
+      best = &part;
       highest = f;
       multiplier = own;
     }
@@ -102,25 +100,24 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
   if (result.v.size() < n) return own;
   own.lambda.resize(form.solved.structure().constraint_players.size());
   std::vector<double> largest(n, -1.0);
-  const auto of_objective =
+  const RobustCopies::Part* of_objective =
       highest_branch(static_cast<Index>(asked.constraint_players.size()), copies, result);
-  for (const auto k : indices(copies.worst_cases())) {
-    const RobustCopies::WorstCase& one = copies.worst_cases()[k];
-    const Index row = copies.row(k);
-    const double multiplier = result.lambda[at(row)];
-    if (row != one.constraint) own.lambda[at(one.constraint)] += multiplier;
-    const double weight = k == of_objective ? kInfinity : std::abs(multiplier);
-    const std::vector<double> point = copies.model_point(result.v, k);
+  for (const RobustCopies::Part& part : copies.worst_cases()) {
+    const RobustCopies::WorstCase& one = part.worst_case;
+    const double multiplier = result.lambda[at(part.row)];
+    if (part.row != one.constraint) own.lambda[at(one.constraint)] += multiplier;
+    const double weight = &part == of_objective ? kInfinity : std::abs(multiplier);
+    const std::vector<double> point = copies.model_point(result.v, part);
     std::vector<bool> left_behind(n, false);  // by the copy, which does without
-    if (const RobustScope& scope = copies.scope(k); !scope.follows.empty()) {
-      for (const Index i : scope.idle) left_behind[at(i)] = true;
-      for (const auto& [equation, i] : scope.follows) left_behind[at(i)] = true;
+    if (!part.scope.follows.empty()) {
+      for (const Index i : part.scope.idle) left_behind[at(i)] = true;
+      for (const auto& [equation, i] : part.scope.follows) left_behind[at(i)] = true;
     }
     for (std::size_t i = 0; i < n; ++i) {
-      const auto copy = at(copies.columns(k)[i]);
+      const auto copy = at(part.column[i]);
       const bool is_unread = s.variable_lower[i] == s.variable_upper[i];
       // Else a lower branch of f may read it.
-      const bool is_free = is_unread || (copy != i && k == of_objective);
+      const bool is_free = is_unread || (copy != i && &part == of_objective);
       if (!is_free || (copy == i && !left_behind[i]) || !(weight > largest[i])) continue;
       largest[i] = weight;
       own.v[i] = point[i];
@@ -148,15 +145,15 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
   if (result.v.size() < form.solved.structure().variable_players.size()) return list;
   const std::size_t n = form.asked.structure().variable_players.size();
   const std::size_t m = form.asked.structure().constraint_players.size();
-  for (const auto k : indices(copies.worst_cases())) {
-    const auto row = at(copies.row(k));
+  for (const RobustCopies::Part& part : copies.worst_cases()) {
+    const auto row = at(part.row);
     const bool defined = row < result.constraints.size();
-    RobustWorstCase found{.constraint = copies.worst_cases()[k].constraint,
-                          .v = copies.model_point(result.v, k),
+    RobustWorstCase found{.constraint = part.worst_case.constraint,
+                          .v = copies.model_point(result.v, part),
                           .value = kNaN,
                           .multiplier = result.lambda[row],
-                          .active = defined && copies.is_active(result, k),
-                          .side = copies.worst_cases()[k].side};
+                          .active = defined && copies.is_active(result, part),
+                          .side = part.worst_case.side};
     const std::size_t constraint = at(found.constraint);
     if (found.side == 0)
       found.side = form.solved.structure().constraint_upper[constraint] < kUnbounded ? 1 : -1;
@@ -172,7 +169,7 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
     found.v.resize(n);
     const auto known = std::ranges::find_if(list, [&](const RobustWorstCase& other) {
       return other.constraint == found.constraint &&
-             same_point(found.v, other.v, ranges, copies.scope(k).variables,
+             same_point(found.v, other.v, ranges, part.scope.variables,
                         form.options.minmax_distinct_tol);
     });
     if (known == list.end()) {

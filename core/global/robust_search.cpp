@@ -306,8 +306,9 @@ class RobustSearch {
       place_.near = true;
       WorstCases known;  // held y near which maxima are: those that hold x
       for (const auto k : indices(place_.worst_cases)) {
-        place_.worst_cases[k].v = copies->model_point(result.v, k);
-        if (!held || copies->is_active(result, k)) known.push_back(place_.worst_cases[k]);
+        const RobustCopies::Part& part = copies->worst_cases()[k];
+        place_.worst_cases[k].v = copies->model_point(result.v, part);
+        if (!held || copies->is_active(result, part)) known.push_back(place_.worst_cases[k]);
       }
       Scans scans;
       if (starts_ == 0) {
@@ -550,12 +551,13 @@ class RobustSearch {
     bool any = false;
     for (const auto k : indices(place_.worst_cases)) {
       RobustCopies::WorstCase one = place_.worst_cases[k];
-      const RobustScope& scope = solved.copies->scope(k);
+      const RobustCopies::Part& part = solved.copies->worst_cases()[k];
+      const RobustScope& scope = part.scope;
       const bool met = std::ranges::any_of(kept, [&](const RobustCopies::WorstCase& other) {
         return other.is_of_same(one) &&
                same_point(other.v, one.v, ranges_, scope.variables, options_.minmax_distinct_tol);
       });
-      const bool active = solved.copies->is_active(solved.result, k);
+      const bool active = solved.copies->is_active(solved.result, part);
       const bool holds = !active && !one.held && can_be_held(s_, scope);
       if (holds) one.held = one.copied = true;
       any = any || met || holds;
@@ -592,8 +594,8 @@ class RobustSearch {
     bool any = false;
     for (const auto k : indices(place_.worst_cases)) {
       RobustCopies::WorstCase& one = place_.worst_cases[k];
-      if (one.held && copies->is_active(result, k))
-        any = cross_bounds(copies->scope(k), one.v) || any;
+      const RobustCopies::Part& part = copies->worst_cases()[k];
+      if (one.held && copies->is_active(result, part)) any = cross_bounds(part.scope, one.v) || any;
     }
     bool same = true;
     if (any && !budget_.used_up()) {

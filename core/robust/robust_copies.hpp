@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -47,7 +46,6 @@ class RobustCopies final : public Problem {
       : model_(model),
         budget_(budget),
         start_(std::move(start)),
-        worst_cases_(std::move(worst_cases)),
         structure_(model.structure()),
         v_(structure_.variable_players.size()),
         g_(structure_.constraint_players.size()),
@@ -55,14 +53,20 @@ class RobustCopies final : public Problem {
         jacobian_(structure_.jacobian.size()),
         hessian_(structure_.hessian.size()) {
     structure_.nonlinear_variables.reset();
-    for (const auto& [constraint, v, copied, held, side] : worst_cases_)
-      scopes_.push_back(copied ? scopes.of(constraint) : scopes.all_of(constraint));
     model_variable_.resize(v_.size());
     std::iota(model_variable_.begin(), model_variable_.end(), 0);
     model_row_.resize(g_.size());
     std::iota(model_row_.begin(), model_row_.end(), 0);
+    parts_.resize(worst_cases.size() + 1);
+    for (Part& part : parts_) part.column = model_variable_;
+    for (const auto k : indices(worst_cases)) {
+      Part& part = parts_[k + 1];
+      part.worst_case = std::move(worst_cases[k]);
+      const Index row = part.worst_case.constraint;
+      part.scope = part.worst_case.copied ? scopes.of(row) : scopes.all_of(row);
+    }
     add_base(scopes, reads_y);
-    for (const auto k : indices(worst_cases_)) add_worst_case(k);
+    for (std::size_t copy = 1; copy < parts_.size(); ++copy) add_worst_case(copy);
     serve_rows(reads_y);
     add_entries();
   }
@@ -70,10 +74,10 @@ class RobustCopies final : public Problem {
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     if (start.needs_multipliers) return false;
     std::ranges::copy(start_, start.v.begin());
-    for (const auto k : indices(worst_cases_)) {
+    for (const Part& part : worst_cases()) {
       for (const auto i : indices(start_)) {
-        const auto copy = at(columns(k)[i]);
-        if (copy != i) start.v[copy] = worst_cases_[k].v[i];
+        const auto copy = at(part.column[i]);
+        if (copy != i) start.v[copy] = part.worst_case.v[i];
       }
     }
     return true;
@@ -154,31 +158,36 @@ class RobustCopies final : public Problem {
     return inexact;
   }
 
-  [[nodiscard]] const WorstCases& worst_cases() const { return worst_cases_; }
-  /// What the k-th worst case involves.
-  [[nodiscard]] const RobustScope& scope(std::size_t k) const { return scopes_[k]; }
-  /// The k-th worst case at a result's variables: x with its y, n values.
-  [[nodiscard]] std::vector<double> model_point(std::span<const double> v, std::size_t k) const {
+  /// The model evaluated at one y: its rows that count there and where they and the columns go.
+  struct Part {
+    WorstCase worst_case{};
+    RobustScope scope{};          ///< what it involves
+    std::vector<Index> column{};  ///< n: variable of this problem that stands for the model's
+    std::vector<Index> row_of{};  ///< m: row of this problem, -1: does not count here
+    std::vector<Index> rows{};    ///< of the model, that count here
+    Index row = -1;               ///< of the worst case
+    bool with_objective = false;
+    std::vector<std::size_t> jacobian{}, hessian{};  ///< entries of the model that count here
+    std::vector<Index> serving{};  ///< constraints of the model on a y that serves the row
+    std::size_t zeros = 0;         ///< entries behind the others
+  };
+  /// The worst cases.
+  [[nodiscard]] std::span<const Part> worst_cases() const { return std::span(parts_).subspan(1); }
+  /// A worst case at a result's variables: x with its y, n values.
+  [[nodiscard]] std::vector<double> model_point(std::span<const double> v, const Part& part) const {
     std::vector<double> point;
-    for (const Index i : columns(k)) point.push_back(v[at(i)]);
-    static_cast<void>(complete(model_, scopes_[k].follows, point));  // else it is none of Max's
+    for (const Index i : part.column) point.push_back(v[at(i)]);
+    static_cast<void>(complete(model_, part.scope.follows, point));  // else it is none of Max's
     return point;
   }
 
-  /// Row of the k-th worst case.
-  [[nodiscard]] Index row(std::size_t k) const { return parts_[k + 1].row; }
   /// The model's variable and row that each variable and each row of this problem is, or copies.
   [[nodiscard]] const std::vector<Index>& model_variables() const { return model_variable_; }
   [[nodiscard]] const std::vector<Index>& model_rows() const { return model_row_; }
-  /// Variables, of a result, that stand for the model's in the k-th worst case. n.
-  [[nodiscard]] const std::vector<Index>& columns(std::size_t k) const {
-    return parts_[k + 1].column;
-  }
-
-  /// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its
-  /// distance to the bound.
-  [[nodiscard]] bool is_active(const Result& result, std::size_t k) const {
-    const std::size_t own = at(row(k));
+  /// Whether the row of a worst case holds x where it is: its multiplier exceeds its distance to
+  /// the bound.
+  [[nodiscard]] bool is_active(const Result& result, const Part& part) const {
+    const std::size_t own = at(part.row);
     const double value = result.constraints[own];
     const double distance = std::min(std::abs(structure_.constraint_upper[own] - value),
                                      std::abs(value - structure_.constraint_lower[own]));
@@ -186,59 +195,44 @@ class RobustCopies final : public Problem {
   }
 
  private:
-  /// The model evaluated at one y: its rows that count there and where they and the columns go.
-  struct Part {
-    std::vector<Index> column;  ///< n: variable of this problem
-    std::vector<Index> row_of;  ///< m: row of this problem, -1: does not count here
-    std::vector<Index> rows{};  ///< of the model, that count here
-    Index row = -1;             ///< of the worst case
-    bool with_objective = false;
-    std::vector<std::size_t> jacobian, hessian;  ///< entries of the model that count here
-    std::vector<Index> serving;  ///< constraints of the model on a y that serves the row
-    std::size_t zeros = 0;       ///< entries behind the others
-  };
-  /// The first worst case of a constraint; empty: none, the constraint does not count.
-  [[nodiscard]] std::optional<std::size_t> first_of(Index constraint) const {
-    const auto first = std::ranges::find(worst_cases_, constraint, &WorstCase::constraint);
-    if (first == worst_cases_.end()) return {};
-    return static_cast<std::size_t>(first - worst_cases_.begin());
+  /// The first worst case of a constraint; null: none, the constraint does not count.
+  [[nodiscard]] const Part* first_of(Index constraint) const {
+    for (const Part& part : worst_cases()) {
+      if (part.worst_case.constraint == constraint) return &part;
+    }
+    return nullptr;
   }
 
   void add_base(const RobustScopes& scopes, const std::vector<bool>& reads_y) {
-    const ProblemStructure& s = model_.structure();
-    Part base;
+    Part& base = parts_.front();
     base.with_objective = true;
-    base.column = model_variable_;
     base.row_of = model_row_;
-    for (const Index row : robust_constraints(s)) {
+    for (const Index row : robust_constraints(model_.structure())) {
       base.row_of[at(row)] = -1;  // its worst cases' part
-      if (!first_of(row)) drop_constraint(structure_, row);
+      if (first_of(row) == nullptr) drop_constraint(structure_, row);
     }
-    parts_.push_back(std::move(base));
     // Of Max's variables count those that f reads or that a robust constraint has to itself, and
     // whatever is tied to them.
     std::vector<bool> read = reads_y;
-    for (const auto k : indices(worst_cases_)) {
-      if (worst_cases_[k].copied) continue;
-      for (const Index i : scopes_[k].variables) read[at(i)] = true;
+    for (const Part& part : worst_cases()) {
+      if (part.worst_case.copied) continue;
+      for (const Index i : part.scope.variables) read[at(i)] = true;
     }
     drop_unread(scopes, read);
   }
 
-  void add_worst_case(std::size_t k) {
-    const WorstCase& worst_case = worst_cases_[k];
-    const std::size_t copy = parts_.size();
-    Part part;
-    part.column = parts_.front().column;
+  void add_worst_case(std::size_t copy) {
+    Part& part = parts_[copy];
+    const WorstCase& worst_case = part.worst_case;
     part.row_of.assign(g_.size(), -1);
-    part.row = first_of(worst_case.constraint) == k
+    part.row = first_of(worst_case.constraint) == &part
                    ? worst_case.constraint
                    : copy_row(worst_case.constraint, copy, Player::Min);
     part.row_of[at(worst_case.constraint)] = part.row;
     if (worst_case.side > 0) structure_.constraint_lower[at(part.row)] = -kInfinity;
     if (worst_case.side < 0) structure_.constraint_upper[at(part.row)] = kInfinity;
     if (worst_case.copied) {
-      const RobustScope& scope = scopes_[k];
+      const RobustScope& scope = part.scope;
       // What follows from a y that is held is Min's: Max has no choice left.
       const Player player = worst_case.held ? Player::Min : Player::Max;
       for (const Index i : scope.variables) {
@@ -250,7 +244,6 @@ class RobustCopies final : public Problem {
         for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy, player);
       }
     }
-    parts_.push_back(std::move(part));
   }
 
   [[nodiscard]] Index copy_variable(Index i, std::size_t copy, Player player, double value,
@@ -272,11 +265,11 @@ class RobustCopies final : public Problem {
 
   void drop_unread(const RobustScopes& scopes, const std::vector<bool>& read) {
     for (const Index row : robust_constraints(model_.structure())) {
-      const auto first = first_of(row);
-      if (first && !worst_cases_[*first].copied) continue;
+      const Part* first = first_of(row);
+      if (first != nullptr && !first->worst_case.copied) continue;
       const RobustScope scope = scopes.all_of(row);
       if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
-      hold(scope.variables, worst_cases_[first.value_or(0)]);
+      hold(scope.variables, (first != nullptr ? *first : parts_[1]).worst_case);
       for (const Index j : scope.constraints) drop_constraint(structure_, j);
     }
   }
@@ -286,21 +279,20 @@ class RobustCopies final : public Problem {
     std::vector<Index>& served = structure_.served_constraint;
     served.assign(structure_.variable_players.size(), -1);
     std::vector<Index> readers(v_.size(), 0);
-    for (const auto k : indices(worst_cases_)) {
-      if (first_of(worst_cases_[k].constraint) != k) continue;
-      for (const Index i : scopes_[k].variables) ++readers[at(i)];
+    for (const Part& part : worst_cases()) {
+      if (first_of(part.worst_case.constraint) != &part) continue;
+      for (const Index i : part.scope.variables) ++readers[at(i)];
     }
-    for (const auto k : indices(worst_cases_)) {
-      const WorstCase& worst_case = worst_cases_[k];
-      const Index own = row(k);
-      const RobustScope& scope = scopes_[k];
+    for (Part& part : std::span(parts_).subspan(1)) {
+      const WorstCase& worst_case = part.worst_case;
+      const RobustScope& scope = part.scope;
       const bool shared = !worst_case.copied && std::ranges::any_of(scope.variables, [&](Index i) {
         return reads_y[at(i)] || readers[at(i)] > 1;
       });
       if (shared || worst_case.held) continue;
       if (!worst_case.copied) hold(scope.idle, worst_case);
-      for (const Index i : scope.variables) served[at(columns(k)[at(i)])] = own;
-      parts_[k + 1].serving = scope.constraints;
+      for (const Index i : scope.variables) served[at(part.column[at(i)])] = part.row;
+      part.serving = scope.constraints;
     }
   }
 
@@ -363,8 +355,6 @@ class RobustCopies final : public Problem {
   Problem& model_;
   Budget& budget_;
   std::vector<double> start_;
-  WorstCases worst_cases_;
-  std::vector<RobustScope> scopes_;  ///< of each worst case
   ProblemStructure structure_;
   std::vector<Part> parts_;                        ///< the model's own y, then the worst cases
   std::vector<Index> model_variable_, model_row_;  ///< of each variable and row
