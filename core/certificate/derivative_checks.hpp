@@ -1,11 +1,9 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
 #include "core/differences/directional_check.hpp"
-#include "core/point/point.hpp"
 
 namespace ipminmax {
 

@@ -5,7 +5,6 @@
 
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
 #include "core/point/residual.hpp"
 #include "linalg/numbers.hpp"
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 #include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"

@@ -3,7 +3,6 @@
 #include <tuple>
 #include <vector>
 
-#include "core/model/compare.hpp"
 #include "core/multistart.hpp"
 
 // One order of answers, and one rule for what is clearly worse.

@@ -44,10 +44,10 @@ struct SetOfY {
 [[nodiscard]] SolverOptions staying_near(const SolverOptions& options);
 
 /// From the middle of the box of y, or from the center, a point of a convex Y, where that is not in
-/// Y, towards the corner next to a random point, as far as Max's constraints hold; then along single
-/// variables to bounds while f grows, and back into Y. Below a convex function the start decides
-/// which of many vertices is reached, and random points of a box of many variables are far outside
-/// of the half spaces that cut it.
+/// Y, towards the corner next to a random point, as far as Max's constraints hold; then along
+/// single variables to bounds while f grows, and back into Y. Below a convex function the start
+/// decides which of many vertices is reached, and random points of a box of many variables are far
+/// outside of the half spaces that cut it.
 [[nodiscard]] std::vector<double> start_above(Problem& inner, const SolverOptions& options,
                                               std::span<const double> center,
                                               std::vector<double> random, Index start,

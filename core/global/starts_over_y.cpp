@@ -41,8 +41,8 @@ class Starts::Choice {
   }
 
   /// Adds certified points, unless they are known: then one more start has found them, and the
-  /// higher value stands for both. Where several y are worst, any of them may stand in v, and points
-  /// with the same x are one.
+  /// higher value stands for both. Where several y are worst, any of them may stand in v, and
+  /// points with the same x are one.
   void add_certified() {
     const ProblemStructure& structure = model_.structure();
     const bool branches = options_.minmax_epigraph || options_.minmax_epigraph_at_kinks;
@@ -57,19 +57,20 @@ class Starts::Choice {
     std::vector<std::size_t> compared = variables_of(structure, Player::Min);
     if (!by_x)
       std::ranges::copy(variables_of(structure, Player::Max), std::back_inserter(compared));
-    for (auto& [start, result] : certified) {
+    for (auto& one : certified) {
+      Result& result = one.second;
       const auto known = std::ranges::find_if(answer_.points, [&](const DistinctPoint& point) {
         return same_point(result.v, point.result.v, ranges, compared, options_.minmax_distinct_tol);
       });
       if (known == answer_.points.end()) {
-        answer_.points.push_back({std::move(result), start, 1});
+        answer_.points.push_back({std::move(result), one.first, 1});
         continue;
       }
       ++known->found;
       // The higher of two y at the same x is the worst case there.
       if (by_x && result.objective > known->result.objective) {
         known->result = std::move(result);
-        known->first_start = start;
+        known->first_start = one.first;
       }
     }
   }
