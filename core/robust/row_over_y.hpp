@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,12 +16,13 @@ namespace ipminmax {
 /// max over y of side * g(x, y) for one robust constraint g of the model, y in Y(x), x held; side
 /// -1 is for its lower bound. Variables and constraints are the model's: those that the row does
 /// not involve are fixed and absent; these constraints are not evaluated but 0.
-class RowOverY final : public ForwardingProblem {
+class RowOverY final : public ForwardingProblem, private BoxesOf {
  public:
   /// v: n, x and where y starts. scope: of the constraint.
   RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
            const RobustScope& scope)
       : ForwardingProblem(model),
+        BoxesOf(model.over_boxes()),
         changed_(model.structure()),
         constraint_(constraint),
         side_(side),
@@ -53,7 +53,6 @@ class RowOverY final : public ForwardingProblem {
       changed_.jacobian.push_back(s.jacobian[k]);
     }
     changed_.nonlinear_variables.reset();
-    if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, *this);
   }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return changed_; }
@@ -108,27 +107,17 @@ class RowOverY final : public ForwardingProblem {
     return model().hessian_errors(v, 0.0, weights(sigma, lambda), row_errors);
   }
 
-  [[nodiscard]] const BoxFunctions* over_boxes() const override {
-    return boxes_ ? &*boxes_ : nullptr;
-  }
+  [[nodiscard]] const BoxFunctions* over_boxes() const override { return if_known(); }
 
  private:
-  /// side * g as an objective over boxes.
-  class Boxes final : public BoxesOf {
-   public:
-    Boxes(const BoxFunctions& functions, const RowOverY& row) : BoxesOf(functions), row_(row) {}
-    IntervalJet objective_over(std::span<const IntervalJet> v) const override {
-      std::vector<IntervalJet> g(row_.g_.size());
-      return all_over(v, g);
-    }
-    IntervalJet all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-      model.constraints_over(v, g);
-      return IntervalJet(row_.side_) * g[at(row_.constraint_)];
-    }
-
-   private:
-    const RowOverY& row_;
-  };
+  IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+    std::vector<IntervalJet> g(g_.size());
+    return all_over(v, g);
+  }
+  IntervalJet all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+    constraints_over(v, g);
+    return IntervalJet(side_) * g[at(constraint_)];
+  }
   [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda) {
     std::ranges::copy(lambda, lambda_.begin());
     lambda_[at(constraint_)] = sigma * side_;
@@ -143,7 +132,6 @@ class RowOverY final : public ForwardingProblem {
   std::vector<Index> rows_;                          ///< Max's constraints that it involves
   std::vector<std::size_t> entries_, rows_entries_;  ///< of the row and of these
   std::vector<double> g_, lambda_, jacobian_;        ///< in the model's shapes
-  std::optional<Boxes> boxes_;
 };
 
 }  // namespace ipminmax
