@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <atomic>
 #include <exception>
 #include <optional>
 #include <stdexcept>
@@ -71,59 +70,45 @@ class RankOfAProof {
 
   template <class Search>
   WorstCaseProof run(Search search) {
-    std::atomic<bool> done = false;
-    {
-      const JoinedThread work([&] {
-        try {
-          own_ = search();
-        } catch (...) {
-          failure_ = std::current_exception();
-        }
-        done = true;
-      });
-      while (!done) exchange();
-    }
+    failure_ = run_beside([&] { own_ = search(); }, [&] { exchange(); });
     return ranks_.rank() == 0 ? gather() : hand_in();
   }
 
  private:
+  using Kind = Ranks::Kind;
+
   void exchange() {
     ranks_.beat();
     if (ranks_.stop_requested()) budget_.stop(Status::UserStop);
     while (auto message = ranks_.receive()) {
-      if (message->kind == Ranks::Kind::Stop) budget_.stop(Status::UserStop);
-      if (message->kind != Ranks::Kind::Stop) others_[at(message->rank)] = std::move(message);
+      if (message->kind == Kind::Stop) budget_.stop(Status::UserStop);
+      if (message->kind != Kind::Stop) others_[at(message->rank)] = std::move(message);
     }
     ranks_.pause();
   }
-  [[nodiscard]] bool is_lost(int rank) const {
-    return ranks_.gone(rank) || ranks_.silence(rank) > Ranks::kDeadAfter;
-  }
   void wait_for(int rank) {
-    while (!others_[at(rank)] && !is_lost(rank) && !ranks_.stop_requested()) exchange();
+    while (!others_[at(rank)] && !ranks_.is_lost(rank) && !ranks_.stop_requested()) exchange();
   }
 
   /// Of rank 0: puts the shares together, in the order of the ranks, and tells all.
   WorstCaseProof gather() {
     std::string error = failure_ ? what_of(failure_) : "";
-    for (int rank = 1; rank < ranks_.size(); ++rank) {
-      if (!error.empty()) ranks_.send(rank, Ranks::Kind::Stop);
-    }
+    if (!error.empty()) ranks_.send_to_others(Kind::Stop);
     for (int rank = 1; rank < ranks_.size(); ++rank) {
       wait_for(rank);
       const auto& message = others_[at(rank)];
-      if (message && message->kind == Ranks::Kind::Result) {
+      if (message && message->kind == Kind::Result) {
         add_share(proof_from(message->bytes), own_);
       } else if (error.empty()) {
-        error = message ? std::string(message->bytes.begin(), message->bytes.end())
+        error = message ? message->text()
                         : "rank " + std::to_string(rank) + " of the proof does not answer any more";
       }
       if (!message) ranks_.forget(rank);
     }
-    const auto kind = error.empty() ? Ranks::Kind::Final : Ranks::Kind::Failure;
+    const auto kind = error.empty() ? Kind::Final : Kind::Failure;
     const std::vector<char> bytes =
         error.empty() ? to_bytes(own_) : std::vector<char>(error.begin(), error.end());
-    for (int rank = 1; rank < ranks_.size(); ++rank) ranks_.send(rank, kind, 0, bytes);
+    ranks_.send_to_others(kind, 0, bytes);
     if (failure_) std::rethrow_exception(failure_);
     if (!error.empty()) throw std::runtime_error(error);
     return std::move(own_);
@@ -132,9 +117,9 @@ class RankOfAProof {
   WorstCaseProof hand_in() {
     if (failure_) {
       const std::string error = what_of(failure_);
-      ranks_.send(0, Ranks::Kind::Failure, 0, error);
+      ranks_.send(0, Kind::Failure, 0, error);
     } else {
-      ranks_.send(0, Ranks::Kind::Result, 0, to_bytes(own_));
+      ranks_.send(0, Kind::Result, 0, to_bytes(own_));
     }
     wait_for(0);
     if (failure_) std::rethrow_exception(failure_);
@@ -142,11 +127,8 @@ class RankOfAProof {
       ranks_.forget(0);
       throw std::runtime_error("rank 0 of the proof does not answer any more");
     }
-    const std::vector<char>& bytes = others_[0]->bytes;
-    if (others_[0]->kind == Ranks::Kind::Failure) {
-      throw std::runtime_error(std::string(bytes.begin(), bytes.end()));
-    }
-    return proof_from(bytes);
+    if (others_[0]->kind == Kind::Failure) throw std::runtime_error(others_[0]->text());
+    return proof_from(others_[0]->bytes);
   }
 
   Ranks& ranks_;

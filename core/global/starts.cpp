@@ -23,30 +23,30 @@ namespace ipminmax {
 
 void StartOutcomes::add(Index start, Result&& result) {
   constexpr Index kMostKept = 1000;
-  ++statuses_[result.status];
-  add_work(result);
+  ++statuses[result.status];
+  add_work(result, work);
   if (is_certified(result)) {
-    certified_.emplace(start, std::move(result));
+    certified.emplace(start, std::move(result));
     return;
   }
   if (start < kMostKept && !result.v.empty() && all_finite(result.v)) {
-    uncertified_.emplace(start, result.v);
+    uncertified.emplace(start, result.v);
   }
   // Equal ranks go to the earlier start, in whatever order they end.
-  auto& [best_start, best] = best_uncertified_;
+  auto& [best_start, best] = best_uncertified;
   if (best_start < 0 || better(result, best) || (!better(best, result) && start < best_start)) {
-    best_uncertified_ = {start, std::move(result)};
+    best_uncertified = {start, std::move(result)};
   }
 }
 
 std::vector<std::pair<Index, Result>> StartOutcomes::take_certified() {
   std::vector<std::pair<Index, Result>> taken;
   for (const bool solved : {true, false}) {
-    for (auto& [start, result] : certified_) {
+    for (auto& [start, result] : certified) {
       if ((result.status == Status::Solved) == solved) taken.emplace_back(start, std::move(result));
     }
   }
-  certified_.clear();
+  certified.clear();
   return taken;
 }
 
@@ -88,12 +88,12 @@ Answer Starts::run() {
   prepare();
   run_start(workers_.front(), 0);
   if (!exception_ && last_ > 0) {
-    const Status first = outcomes_.statuses().begin()->first;
+    const Status first = outcomes_.statuses.begin()->first;
     if (!is_final(first)) {
       if (model_start_.empty()) read_model_start();
       start_after_the_first();
       // As a single solve does, which is not to find more than many starts.
-      if (search_failed(first) && !exception_ && !outcomes_.has_certified() &&
+      if (search_failed(first) && !exception_ && outcomes_.certified.empty() &&
           makes_new_starts(options_) && !options_.minmax_epigraph &&
           has_max_variables(structure()) && !budget_.used_up()) {
         run_start(workers_.front(), ++last_, {}, options_);
@@ -179,7 +179,7 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
       Result detection;
       detection.counts = worker.structure.detect(*worker.model, options_);
       const std::lock_guard lock(mutex_);
-      if (start == 0) outcomes_.add_work(detection);
+      if (start == 0) add_work(detection, outcomes_.work);
     }
     Restarted model(*worker.model, v);  // which keeps its start
     record(start, refine(worker, model, start, v, options));

@@ -26,36 +26,21 @@ namespace ipminmax {
 
 /// What the starts of a multistart left, in whatever order they ended; the answer is the best of
 /// this list.
-class StartOutcomes {
- public:
-  /// Each start once.
-  void add(Index start, Result&& result);
-  /// Work that is no start's.
-  void add_work(const Result& part) { ipminmax::add_work(part, work_); }
-
-  [[nodiscard]] bool has_certified() const { return !certified_.empty(); }
+struct StartOutcomes {
+  std::map<Index, Result> certified;
   /// Points of starts that no certified one came of, of the first thousand starts: their y may be
   /// worse elsewhere.
-  [[nodiscard]] const std::map<Index, std::vector<double>>& uncertified() const {
-    return uncertified_;
-  }
+  std::map<Index, std::vector<double>> uncertified;
+  /// The best result without certificate, the earlier start's among equals; start -1: there is none.
+  std::pair<Index, Result> best_uncertified{-1, {}};
+  std::map<Status, Index> statuses;
+  Result work;  ///< iterations, factorizations, counts and times of all, and what is no start's
+
+  /// Each start once.
+  void add(Index start, Result&& result);
   /// Certified results in the order of their starts, those to full tolerance first: they stand for
   /// others to the acceptable level. The list has them no more.
   [[nodiscard]] std::vector<std::pair<Index, Result>> take_certified();
-  /// Of results without certificate, the earlier start's among equals; start -1: there is none.
-  [[nodiscard]] std::pair<Index, Result> take_best_uncertified() {
-    return std::exchange(best_uncertified_, {-1, {}});
-  }
-  [[nodiscard]] const std::map<Status, Index>& statuses() const { return statuses_; }
-  /// Iterations, factorizations, counts and times of all.
-  [[nodiscard]] const Result& work() const { return work_; }
-
- private:
-  std::map<Index, Result> certified_;
-  std::map<Index, std::vector<double>> uncertified_;
-  std::pair<Index, Result> best_uncertified_{-1, {}};
-  std::map<Status, Index> statuses_;
-  Result work_;
 };
 
 /// Numbers of starts to be made, handed out in ascending order to any number of threads.

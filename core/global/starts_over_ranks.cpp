@@ -37,26 +37,15 @@ class Starts::OnRanks {
   // Rank 0.
   Answer run_as_first() {
     Answer answer;
-    std::exception_ptr failure;
-    std::atomic<bool> done = false;
     others_[0].ended = true;
     all_.others_ended_ = ranks_.size() == 1;
-    {
-      const JoinedThread search([&] {
-        try {
-          answer = all_.run();
-        } catch (...) {
-          failure = std::current_exception();
-        }
-        done = true;
-      });
-      while (!done) {
-        take_messages();
-        hand_out();
-        look_after();
-        ranks_.pause();
-      }
-    }
+    const std::exception_ptr failure = run_beside([&] { answer = all_.run(); },
+                                                  [&] {
+                                                    take_messages();
+                                                    hand_out();
+                                                    look_after();
+                                                    ranks_.pause();
+                                                  });
     send_answer(answer, failure);
     if (failure) std::rethrow_exception(failure);
     return answer;
@@ -74,7 +63,7 @@ class Starts::OnRanks {
         all_.work(worker);
         --running;
       });
-      ranks_.send(0, Ranks::Kind::Ready);
+      ranks_.send(0, Kind::Ready);
     }
     bool end_told = false, failure_told = false, interruption_told = false;
     for (;;) {
@@ -85,22 +74,21 @@ class Starts::OnRanks {
         results.swap(all_.outbox_);
         if (all_.exception_ && !std::exchange(failure_told, true)) {
           results.push_back(
-              {0, Ranks::Kind::Failure, all_.thrown_by_, text_bytes(what_of(all_.exception_))});
+              {0, Kind::Failure, all_.thrown_by_, text_bytes(what_of(all_.exception_))});
         }
       }
       if (const auto why = all_.budget_.interrupted();
           why && !std::exchange(interruption_told, true)) {
         all_.queue_.close();
-        results.push_back({0, Ranks::Kind::Interrupted, static_cast<Index>(*why), {}});
+        results.push_back({0, Kind::Interrupted, static_cast<Index>(*why), {}});
       }
       const bool ended = running == 0;  // before what it left is sent
       for (const Ranks::Message& result : results)
         ranks_.send(0, result.kind, result.start, result.bytes);
-      if (ended && results.empty() && !std::exchange(end_told, true))
-        ranks_.send(0, Ranks::Kind::Ended);
+      if (ended && results.empty() && !std::exchange(end_told, true)) ranks_.send(0, Kind::Ended);
       if (auto answer = read_messages()) return std::move(*answer);
       if (ranks_.stop_requested()) stop();
-      if (ranks_.gone(0) || ranks_.silence(0) > Ranks::kDeadAfter) {
+      if (ranks_.is_lost(0)) {
         stop();
         ranks_.forget(0);
         if (!ranks_.stop_requested())
@@ -115,6 +103,8 @@ class Starts::OnRanks {
   }
 
  private:
+  using Kind = Ranks::Kind;
+
   /// What rank 0 knows of another one.
   struct Other {
     Index ready = 0;         ///< threads that wait for a start
@@ -126,25 +116,24 @@ class Starts::OnRanks {
       Other& rank = others_[at(message->rank)];
       rank.dead = false;  // it was only slow
       switch (message->kind) {
-        case Ranks::Kind::Ready:
+        case Kind::Ready:
           ++rank.ready;
           break;
-        case Ranks::Kind::Result:
+        case Kind::Result:
           ++rank.ready;
           rank.starts.erase(message->start);
           all_.record(message->start, result_from(message->bytes));
           break;
-        case Ranks::Kind::Failure:
+        case Kind::Failure:
           ++rank.ready;
           rank.starts.erase(message->start);
           all_.note_exception(message->start,
-                              std::make_exception_ptr(std::runtime_error(
-                                  std::string(message->bytes.begin(), message->bytes.end()))));
+                              std::make_exception_ptr(std::runtime_error(message->text())));
           break;
-        case Ranks::Kind::Interrupted:
+        case Kind::Interrupted:
           all_.budget_.stop(static_cast<Status>(message->start));
           break;
-        case Ranks::Kind::Ended:
+        case Kind::Ended:
           rank.ended = true;
           rank.ready = 0;
           give_back(rank.starts);
@@ -172,7 +161,7 @@ class Starts::OnRanks {
       while (rank.ready > 0 && !rank.dead) {
         const auto start = all_.queue_.take_if_any();
         if (!start) return;
-        ranks_.send(r, Ranks::Kind::Start, *start);
+        ranks_.send(r, Kind::Start, *start);
         rank.starts.insert(*start);
         --rank.ready;
       }
@@ -184,7 +173,7 @@ class Starts::OnRanks {
     ranks_.beat();
     for (int r = 1; r < ranks_.size(); ++r) {
       Other& rank = others_[at(r)];
-      if (rank.dead || !(ranks_.gone(r) || ranks_.silence(r) > kWorkerDeadAfter)) continue;
+      if (rank.dead || !ranks_.is_lost(r, kWorkerDeadAfter)) continue;
       rank.dead = true;
       give_back(rank.starts);
       all_.budget_.say(0, "rank " + std::to_string(r) +
@@ -204,9 +193,7 @@ class Starts::OnRanks {
       stop = true;
       all_.queue_.close();
     }
-    if (stop && !std::exchange(stop_sent_, true)) {
-      for (int r = 1; r < ranks_.size(); ++r) ranks_.send(r, Ranks::Kind::Stop);
-    }
+    if (stop && !std::exchange(stop_sent_, true)) ranks_.send_to_others(Kind::Stop);
     if (std::ranges::all_of(others_, [](const Other& r) { return r.dead || r.ended; }))
       all_.others_ended_ = true;
   }
@@ -222,23 +209,20 @@ class Starts::OnRanks {
       ranks_.forget(rank);
       is |= kRankDead;
     }
-    for (int rank = 1; rank < ranks_.size(); ++rank)
-      ranks_.send(rank, Ranks::Kind::Final, is, bytes);
+    ranks_.send_to_others(Kind::Final, is, bytes);
   }
 
   /// Of rank 0. An answer: the last one, of all ranks.
   std::optional<Answer> read_messages() {
     while (auto message = ranks_.receive()) {
-      if (message->kind == Ranks::Kind::Start) {
+      if (message->kind == Kind::Start) {
         all_.queue_.put(message->start);
-      } else if (message->kind == Ranks::Kind::Stop) {
+      } else if (message->kind == Kind::Stop) {
         stop();
-      } else if (message->kind == Ranks::Kind::Final) {
+      } else if (message->kind == Kind::Final) {
         stop();
         if ((message->start & kRankDead) != 0) ranks_.forget(0);  // it does not wait for us either
-        if ((message->start & kException) != 0) {
-          throw std::runtime_error(std::string(message->bytes.begin(), message->bytes.end()));
-        }
+        if ((message->start & kException) != 0) throw std::runtime_error(message->text());
         return multistart_result_from(message->bytes);
       }
     }

@@ -51,7 +51,7 @@ class Starts::Choice {
     VariableRanges ranges(structure);
     ranges.see(all_.model_start_);
     for (const DistinctPoint& point : answer_.points) ranges.see(point.result.v);
-    for (const auto& [start, v] : all_.outcomes_.uncertified()) ranges.see(v);
+    for (const auto& [start, v] : all_.outcomes_.uncertified) ranges.see(v);
     auto certified = all_.outcomes_.take_certified();
     for (const auto& [start, result] : certified) ranges.see(result.v);
     std::vector<std::size_t> compared = variables_of(structure, Player::Min);
@@ -102,7 +102,7 @@ class Starts::Choice {
       if (best == nullptr || better(point.result, best->result)) best = &point;
     }
     if (best != nullptr) return {&best->result, best->first_start};
-    auto [start, other] = all_.outcomes_.take_best_uncertified();
+    auto [start, other] = std::exchange(all_.outcomes_.best_uncertified, {-1, {}});
     if (start >= 0 && (answer_.best_start < 0 || better(other, answer_.best))) {
       answer_.best_start = start;
       answer_.best = std::move(other);
@@ -117,7 +117,7 @@ class Starts::Choice {
       if (&other.result != &best) others.push_back(other.result.v);
     }
     if (answer_.points.empty()) {
-      for (const auto& [number, v] : all_.outcomes_.uncertified()) others.push_back(v);
+      for (const auto& [number, v] : all_.outcomes_.uncertified) others.push_back(v);
     }
     others.resize(std::min(others.size(), static_cast<std::size_t>(starts_ - 1)));
     Result work;
@@ -128,11 +128,11 @@ class Starts::Choice {
       budget_.stop(Status::OutOfMemory);
       best.over_y.finished = false;
     }
-    all_.outcomes_.add_work(work);
+    add_work(work, all_.outcomes_.work);
   }
 
   void choose_best() {
-    for (const auto& [status, count] : all_.outcomes_.statuses()) {
+    for (const auto& [status, count] : all_.outcomes_.statuses) {
       answer_.statuses.emplace_back(status, count);
       answer_.starts += count;
     }
@@ -159,7 +159,7 @@ class Starts::Choice {
     if (why && (best.over_x.made < all_.asked_ || *why == Status::UserStop))
       answer_.interrupted = why;
     if (why && !all_.interrupted_by_.empty()) best.message = all_.interrupted_by_;
-    set_work(all_.outcomes_.work(), best);
+    set_work(all_.outcomes_.work, best);
   }
 
   /// With the y of all starts.
@@ -176,7 +176,7 @@ class Starts::Choice {
       best.over_y.finished = false;
     Result work;
     audit(model_, options_, all_.witnesses_, budget_, best, work.counts);
-    all_.outcomes_.add_work(work);
+    add_work(work, all_.outcomes_.work);
     if (looks && best.worst_case.higher && best.status != Status::WorstCaseNotMet)
       best.message += "\n" + describe_worst_case(best);
   }
