@@ -1,23 +1,21 @@
-#include "core/certificate/active_set.hpp"
-
-#include "core/certificate/parameters.hpp"
+#include "core/certificate/trial.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
-void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
-                      const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
-                      ActiveBounds& set) {
-  set.reset(canonical);
-  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
-    const double unit = scaling.variable[i];
+void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& trial) {
+  const Iterate& iterate = trial.point.iterate;
+  trial.set.reset(c.canonical);
+  for_each_bound(c.canonical, iterate.v, [&](Index i, int side, double distance) {
+    const double unit = trial.scaling.variable[i];
     const BoundClass found =
         class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
     // Else the model's own bound may be active.
-    const bool relaxed = distance <= 2.0 * relaxation_of(canonical, i, side, options);
-    set.include(i, side,
-                found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
+    const bool relaxed = distance <= 2.0 * relaxation_of(c.canonical, i, side, c.options);
+    trial.set.include(i, side,
+                      found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
   });
+  trial.hold_inactive();
 }
 
 void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times,

@@ -91,12 +91,6 @@ struct ActiveBounds {
   }
 };
 
-/// Guesses the active set by z / s, scaled. A Newton step has to confirm it. A bound is weakly
-/// active if the ratio lies between 1 / strict_ratio and strict_ratio. A bound that is no farther
-/// than its relaxation is never inactive.
-void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
-                      const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
-                      ActiveBounds& set);
 [[nodiscard]] inline bool is_slack(const CanonicalProblem& canonical, Index variable) {
   return canonical.x_slacks().contains(variable) || canonical.y_slacks().contains(variable);
 }

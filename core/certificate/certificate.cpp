@@ -43,9 +43,7 @@ bool reaches_solution(TestContext& c, TrialPoint& trial) {
 FirstLook first_look(TestContext& c, TrialPoint& trial) {
   trial.scaling = variable_scaling(c.canonical, trial.point.iterate.v, trial.point.evaluation,
                                    c.arrays.scaling);
-  guess_active_set(c.canonical, c.options, trial.point.iterate, trial.scaling, kStrictRatio,
-                   trial.set);
-  trial.hold_inactive();
+  guess_active_set(c, kStrictRatio, trial);
   if (!trial.set.is_strict()) return FirstLook::Unclear;
   ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation,
                          &c.arrays.system);

@@ -393,8 +393,7 @@ bool guess_holds(const TestContext& c, const TrialPoint& here) {
 /// Empty: not all is right with such a set, and nothing is concluded.
 std::optional<TrialPoint> with_guessed_set(TestContext& c) {
   TrialPoint here = trial_at_given(c);
-  guess_active_set(c.canonical, c.options, c.given.iterate, here.scaling, 1.0, here.set);
-  here.hold_inactive();
+  guess_active_set(c, 1.0, here);
   // Of Max those no farther than what they were relaxed by stay weakly active.
   if (here.set.weak(c.canonical, Player::Min) > 0 || !take_up_set(c, here)) return {};
   for (int steps = 0; c.may_factorize(kToConfirm);) {

@@ -185,28 +185,9 @@ struct CornerCheck {
   }
 };
 
-/// Writes arrays.found. assembled: derivatives in the factorized matrices; null: there are no
-/// factors. is_scaled: whether these derivatives are scaled.
-void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
-                           const VariableScaling& scaling, const Evaluation* assembled,
-                           bool is_scaled, CurvatureArrays& arrays) {
-  LittleCurvature& found = arrays.found;
-  found.direction.setZero(canonical.variables());
-  found.least = 1.0;
-  found.variable = -1;
-  for (const bool inner : {false, true}) {
-    if (assembled) add_little_curvature(canonical, kkt, *assembled, inner, arrays);
-  }
-  for (const Index i : each_variable(canonical)) {
-    if (!arrays.held[at(i)]) found.direction[i] += generic_entry(i);
-  }
-  if (is_scaled) found.direction.array() *= scaling.variable.array();
-}
-
 /// Compares W with a difference of gradients along the direction of little curvature, to a tenth of
 /// that curvature. Returns the row of W that disagrees most; empty: none, or the model is undefined
-/// on both sides of the point. lambda: for which W was evaluated. arrays: after
-/// find_little_curvature.
+/// on both sides of the point. lambda: for which W was evaluated. arrays: with the direction.
 std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
                                         const Vector& lambda, const VariableScaling& scaling,
                                         CurvatureArrays& arrays) {
@@ -229,14 +210,24 @@ std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point
 void TestContext::examine_curvature(const Point& point, const Vector& lambda,
                                     const VariableScaling& scaling, ActiveSetSystem* system,
                                     const Evaluation* assembled) {
-  arrays.curvature.held.resize(at(canonical.variables()));
+  CurvatureArrays& work = arrays.curvature;
+  work.held.resize(at(canonical.variables()));
   for (const Index i : each_variable(canonical))
-    arrays.curvature.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
-  find_little_curvature(canonical, kkt, scaling, system ? &system->assembled() : assembled,
-                        system != nullptr, arrays.curvature);
+    work.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
+  Vector& direction = work.found.direction;
+  direction.setZero(canonical.variables());
+  work.found.least = 1.0;
+  work.found.variable = -1;
+  if (system) assembled = &system->assembled();
+  for (const bool inner : {false, true}) {
+    if (assembled) add_little_curvature(canonical, kkt, *assembled, inner, work);
+  }
+  for (const Index i : each_variable(canonical)) {
+    if (!work.held[at(i)]) direction[i] += generic_entry(i);
+  }
+  if (system) direction.array() *= scaling.variable.array();
   // Differences have errors of their own, which the tests allow for.
-  if (!hessian_error)
-    wrong_row = find_wrong_row(canonical, point, lambda, scaling, arrays.curvature);
+  if (!hessian_error) wrong_row = find_wrong_row(canonical, point, lambda, scaling, work);
 }
 
 void examine_unclear_curvature(TestContext& c, const Evaluation* assembled) {

@@ -321,11 +321,9 @@ struct DirectionSearch {
   }
 
   FlatDirections look_for_flat(double margin) {
-    FlatDirections flat;
     collect(margin);
-    if (found.empty()) return flat;
-    flat.verdict = FlatDirections::Verdict::Flat;
-    flat.direction = step_along(found.front());
+    if (found.empty()) return {};
+    FlatDirections answer{true, step_along(found.front())};
     std::vector<Vector> tried = {found.front()};
     if (found.size() > 1) {  // all together, as each costs evaluations
       tried.push_back(Vector::Zero(canonical.variables()));
@@ -343,12 +341,9 @@ struct DirectionSearch {
                         (inner && canonical.x().size() > 0 && bend < 0.0);
       const Vector step = step_along(direction);
       if ((none || bend <= margin * size) && is_flat(step, bend) && none) continue;
-      flat.verdict = FlatDirections::Verdict::Neither;
-      flat.descent = std::move(descent);
-      flat.direction = step;
-      break;
+      return {false, step, std::move(descent)};
     }
-    return flat;
+    return answer;
   }
 };
 

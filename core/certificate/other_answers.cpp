@@ -41,7 +41,7 @@ bool by_structure(TestContext& c, const TrialPoint& trial, ActiveSetSystem& syst
   }
   ActiveSetSystem rest(c.canonical, c.kkt, set, trial.scaling, trial.point.evaluation);
   const InertiaTest test = second_order_test(rest, trial.error, c.margin(), 0.0, true);
-  return test.inner && test.inner_response <= parameters::certificate::kIndependent;
+  return test.inner && test.inner_response <= kIndependent;
 }
 
 /// Whether W ties one of Max's free variables, which no row that counts reads, to another one but
@@ -64,10 +64,10 @@ bool maximizes_weakly_at(TestContext& c, Point point, const TrialPoint& trial) {
   const bool shown = by_structure(c, trial, system);
   if (!shown && (trial.set.weak(c.canonical, Player::Max) > 0 || is_saddle(c.canonical, system)))
     return false;
-  const FlatDirections flat = find_flat_directions(c, system, point, c.margin(), Player::Max);
-  if (!shown && flat.verdict != FlatDirections::Verdict::Flat) return false;
-  if (flat.direction.size() > 0) {
-    c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, flat.direction,
+  const FlatDirections found = find_flat_directions(c, system, point, c.margin(), Player::Max);
+  if (!shown && !found.flat) return false;
+  if (found.direction.size() > 0) {
+    c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, found.direction,
                             "y is best but not unique: as good along");
   }
   return true;

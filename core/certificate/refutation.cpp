@@ -33,12 +33,11 @@ bool is_flat(TestContext& c, ActiveSetSystem& system, const TrialPoint& trial,
   const Player player = inner ? Player::Max : Player::Min;
   const FlatDirections found = find_flat_directions(c, system, trial.point, c.margin(), player);
   if (found.descent) descent = WrongCurvature{Player::Min, *found.descent};
-  if (found.verdict == FlatDirections::Verdict::None) return false;
-  const bool flat = found.verdict == FlatDirections::Verdict::Flat;
+  if (found.direction.size() == 0) return false;
   c.reasons.add_direction(
-      flat ? Kind::FlatDirection : Kind::LittleCurvature, player, found.direction,
-      flat ? "flat: the value is constant along" : "no curvature is seen along");
-  return flat && !(inner && c.has_x()) && trial.set.is_strict() &&
+      found.flat ? Kind::FlatDirection : Kind::LittleCurvature, player, found.direction,
+      found.flat ? "flat: the value is constant along" : "no curvature is seen along");
+  return found.flat && !(inner && c.has_x()) && trial.set.is_strict() &&
          rows_are_left_out(c.canonical, trial, false);
 }
 

@@ -107,6 +107,10 @@ struct TestContext {
 /// Measures the inertias at the point without margin. All zero if no factorizations are left.
 void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial);
 
+/// Guesses the active set by z / s, scaled, and holds inactive copies. A Newton step has to confirm
+/// it. A bound is weakly active if the ratio lies between 1 / strict_ratio and strict_ratio. A bound
+/// that is no farther than its relaxation is never inactive.
+void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& trial);
 /// Whether two points are near each other: scaled, within share of the problem's size; and
 /// unscaled, within a thousandth of each variable's own size. If that is zero: within a thousandth,
 /// and within far() scaled.
@@ -157,15 +161,12 @@ void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial
 
 /// Directions without curvature beyond the margin.
 struct FlatDirections {
-  enum class Verdict : std::uint8_t {
-    /// The value stays the same along all of them, up to rounding and the effect of relaxed bounds,
-    /// over lengths up to a tenth of the point.
-    Flat,
-    Neither,  ///< it changes, or trial points could not be computed
-    None      ///< there are none
-  };
-  Verdict verdict = Verdict::None;
-  /// The first direction that is not flat, or the first one; a step of canonical variables.
+  /// There are some, and the value stays the same along all of them, up to rounding and the effect
+  /// of relaxed bounds, over lengths up to a tenth of the point. False as well where trial points
+  /// could not be computed.
+  bool flat = false;
+  /// The first direction that is not flat, or the first one; a step of canonical variables. Empty:
+  /// there are none.
   Vector direction;
   /// A step of Min along which the value clearly falls although there is no curvature; only without
   /// y.
