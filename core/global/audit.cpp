@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <numeric>
 #include <random>
 #include <span>
 #include <utility>
@@ -173,17 +172,16 @@ class Hearing {
       if (auto v = answer_with(y); !v.empty()) points.push_back(std::move(v));
       if (!points.empty()) ranges.see(points.back());
     }
-    std::vector<std::size_t> order(points.size());
-    std::iota(order.begin(), order.end(), 0U);
-    const auto point = [&](std::size_t k) -> const std::vector<double>& { return points[k]; };
+    std::vector<Index> order = numbers_below(points.size());
+    const auto point = [&](Index k) -> const std::vector<double>& { return points[at(k)]; };
     std::ranges::stable_sort(order, {}, point);
-    const auto same = [&](std::size_t a, std::size_t b) {
-      return same_point(points[a], points[b], ranges, of_max_, tol);
+    const auto same = [&](Index a, Index b) {
+      return same_point(point(a), point(b), ranges, of_max_, tol);
     };
     order.erase(std::unique(order.begin(), order.end(), same), order.end());
     std::ranges::sort(order);
     Points first;
-    for (const std::size_t k : order) first.push_back(std::move(points[k]));
+    for (const Index k : order) first.push_back(std::move(points[at(k)]));
     return first;
   }
 
@@ -220,10 +218,8 @@ class Hearing {
     for (std::size_t i = 0; i < v.size(); ++i) v[i] += kBeside * (here_.v[i] - v[i]);
     // A model may write what is defined and say that not all is.
     Look beside{.v = v, .g = std::vector<double>(ranges_.size(), kNaN)};
-    std::vector<Index> all(ranges_.size());
-    std::iota(all.begin(), all.end(), 0);
     ++counts_.constraints;
-    static_cast<void>(model_.constraint_rows(all, v, true, beside.g));
+    static_cast<void>(model_.constraint_rows(numbers_below(ranges_.size()), v, true, beside.g));
     if (!max_may_choose(beside)) return;
     for (const Index row : robust_constraints(s_)) {
       if (undefined_ || std::isfinite(beside.g[at(row)])) continue;

@@ -4,7 +4,6 @@
 #include <limits>
 #include <optional>
 #include <random>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -177,8 +176,7 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
 }  // namespace
 
 DualityGap duality_gap(Problem& problem, std::span<const double> v, const SolverOptions& options) {
-  if (v.size() != problem.structure().variable_players.size() || !all_finite(v))
-    throw std::invalid_argument("a duality gap needs a finite value of every variable");
+  require_point("the point of a duality gap", problem.structure(), v);
   Budget budget(options);
   Result work;
   return find_gap(problem, {v.begin(), v.end()}, options, budget, work);

@@ -153,9 +153,7 @@ class MaximizationOverY {
       if (!corner.empty()) given.push_back(std::move(corner));
     }
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
-    Result detection;
-    detection.counts = structure_.detect(inner_, options_);
-    add_work(detection, context_.work);
+    context_.work.counts += structure_.detect(inner_, options_);
     Index start = 0;
     const bool looks_longer = limit_ && may_look_longer(options_);
     const auto may_be_higher = [&] {

@@ -49,24 +49,16 @@ double lagrangian(Problem& inner, const std::vector<double>& v, const std::vecto
   return sum;
 }
 
-/// The bounds of a boxed variable at which it is not.
-std::vector<double> other_bounds(const ProblemStructure& s, const std::vector<double>& v,
-                                 std::size_t i) {
-  const double least = kOffBound * (s.variable_upper[i] - s.variable_lower[i]);
-  std::vector<double> bounds;
-  for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
-    if (std::abs(bound - v[i]) >= least) bounds.push_back(bound);
-  }
-  return bounds;
-}
-
 /// Moves single boxed variables of v, one after the other, to bounds at which they are not. A move
 /// stays if keep(variable, bound, f + lambda'g there) says so.
 template <class Keep>
 void try_bounds(Problem& inner, const SolverOptions& options, std::vector<double>& v,
                 const std::vector<double>& lambda, Counts& counts, const Keep& keep) {
   for (const std::size_t i : SetOfY(inner.structure(), options).boxed) {
-    for (const double bound : other_bounds(inner.structure(), v, i)) {
+    const double lower = inner.structure().variable_lower[i], own = v[i];
+    const double upper = inner.structure().variable_upper[i];
+    for (const double bound : {lower, upper}) {
+      if (!(std::abs(bound - own) >= kOffBound * (upper - lower))) continue;
       const double before = std::exchange(v[i], bound);
       if (!keep(i, bound, lagrangian(inner, v, lambda, counts))) v[i] = before;
     }

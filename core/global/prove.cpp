@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/global/over_y.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/ranks.hpp"
@@ -29,10 +28,7 @@ double sign_of(const ProofRequest& request) { return request.least ? -1.0 : 1.0;
 void check(Problem& problem, std::span<const double> v, const ProofRequest& request) {
   const ProblemStructure& s = problem.structure();
   refuse(!has_valid_indices(s), "the model's structure is not valid");
-  refuse(v.size() != s.variable_players.size(),
-         "the point has " + std::to_string(v.size()) + " values for " +
-             std::to_string(s.variable_players.size()) + " variables");
-  refuse(!all_finite(v), "the point is not finite");
+  require_point("a proof over y: the point", s, v);
   refuse(!(request.tolerance > 0.0) || request.most_boxes < 1 || request.starts < 1,
          "tolerance, starts and most_boxes must be positive");
   const Index m = static_cast<Index>(s.constraint_players.size());

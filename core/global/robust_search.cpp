@@ -362,21 +362,10 @@ class RobustSearch {
     }
   }
 
-  /// How worst cases are looked for at one x.
-  struct Look {
-    Index starts;             ///< of y for each side
-    const WorstCases& known;  ///< where maximizations begin, too
-    MaximizationContext context;
-  };
-
-  /// Maximizes each bounded side of each robust constraint over all of y at the x of place_.v.
+  /// Maximizes each bounded side of each robust constraint over all of y at the x of place_.v, from
+  /// so many starts of y for each side and from the known worst cases.
   Scans scan(Index starts, const WorstCases& known) {
-    Look look{starts, known, {options_, budget_, form_.start, asked_, work_}};
-    look.context.witnesses = &form_.witnesses;
     ranges_.see(place_.v);
-    look.context.sizes = &ranges_;
-    // None looks from where a scan before it did.
-    look.context.drawn = std::max(kMostStartsOfAScan, starts_) * scans_++;
     Scans scans;
     for (const Index row : robust_constraints(s_)) {
       const RobustScope scope = scopes_.of(row);
@@ -387,46 +376,57 @@ class RobustSearch {
             side > 0 ? upper < options_.nlp_upper_bound_inf : lower > options_.nlp_lower_bound_inf;
         if (!bounded) continue;
         const RobustBound of{row, side, bound, bound + relaxation(bound, upper - lower, options_)};
-        static_cast<RobustBound&>(scans.emplace_back(scan_side(look, scope, of))) = of;
+        static_cast<RobustBound&>(scans.emplace_back(scan_side(scope, of, starts, known))) = of;
       }
     }
+    ++scans_;
     for (const MaximaOverY& side : scans) {
       for (const WorstCaseMaximum& maximum : side.maxima) ranges_.see(maximum.v);
     }
     return scans;
   }
 
-  MaximaOverY scan_side(const Look& look, RobustScope scope, const RobustBound& of) {
-    MaximaOverY scan = scan_in(scope, look, of);
+  MaximaOverY scan_side(RobustScope scope, const RobustBound& of, Index starts,
+                        const WorstCases& known) {
+    MaximaOverY scan = scan_in(scope, of, starts, known);
     if (!scan.completed) {  // where a trajectory that goes on diverges y is not Max's
       scope = scopes_.all_of(of.constraint);
-      scan = scan_in(scope, look, of);
+      scan = scan_in(scope, of, starts, known);
     }
-    if (scope.idle.empty() || !scope.follows.empty() || look.starts == 0) return scan;
+    if (scope.idle.empty() || !scope.follows.empty() || starts == 0) return scan;
     // What is idle may decide which y have a solution of the equations at all.
     scope.idle.clear();
-    MaximaOverY other = scan_in(scope, look, of);
+    MaximaOverY other = scan_in(scope, of, starts, known);
     return other.is_higher(other.highest(), scan.highest()) ? other : scan;
   }
 
   /// If x rested on the worst case that is followed, the side is searched from `starts` starts
   /// alone. Else, if this maximum is far from the limit when it has moved with x, the side is not
   /// searched further.
-  MaximaOverY scan_in(const RobustScope& scope, const Look& look, const RobustBound& of) {
+  MaximaOverY scan_in(const RobustScope& scope, const RobustBound& of, Index starts,
+                      const WorstCases& known) {
     MaximaOverY scan;
     if (budget_.used_up()) return scan;
     const auto& [row, side, bound, accepted] = of;
     const double factor = form_.units.factor[at(row)];
     Points given;
-    for (const RobustCopies::WorstCase& other : look.known) {
-      if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
+    for (const RobustCopies::WorstCase& other : known) {
+      if (other.is_of(row, side)) given.push_back(other.v);
     }
     const auto last = std::ranges::find_if(followed_, [&](const RobustWorstCase& one) {
       return of.is_of(one) && one.v.size() == place_.v.size();
     });
     const bool is_followed = last != followed_.end(), was_active = is_followed && last->active;
-    MaximizationContext context = look.context;
-    context.size = form_.units.size[at(row)];
+    MaximizationContext context{.options = options_,
+                                .budget = budget_,
+                                .start = form_.start,
+                                .told = asked_,
+                                .work = work_,
+                                // None looks from where a scan before it did.
+                                .drawn = std::max(kMostStartsOfAScan, starts_) * scans_,
+                                .witnesses = &form_.witnesses,
+                                .size = form_.units.size[at(row)],
+                                .sizes = &ranges_};
     if (!scope.follows.empty())
       context.complete = [&](auto& v) { return complete(form_.solved, scope.follows, v); };
     if (is_followed && !was_active) {
@@ -447,9 +447,9 @@ class RobustSearch {
       context.options = options_;
     }
     RowOverY problem(form_.solved, row, side, place_.v, scope);
-    if (was_active) context.options.minmax_worst_case_starts = look.starts;  // and no more
-    scan = maximize_over_y(problem, look.starts, given, context,
-                           look.starts > 0 ? std::optional(accepted) : std::nullopt);
+    if (was_active) context.options.minmax_worst_case_starts = starts;  // and no more
+    scan = maximize_over_y(problem, starts, given, context,
+                           starts > 0 ? std::optional(accepted) : std::nullopt);
     if (!scan.may_be_higher()) scan.spread = (scan.range.most - scan.range.least) / factor;
     if (was_active) {
       scan.spread = std::max(scan.spread, last->range);
@@ -483,8 +483,8 @@ class RobustSearch {
         // What a held one does not prevent is another one, however near; a copy has moved.
         const double same = held ? 0.0 : kSameBranch;
         const auto is_known = [&](const RobustCopies::WorstCase& other) {
-          return other.constraint == side.constraint && other.side * side.side >= 0 &&
-                 (!held || other.held) && same_point(other.v, v, ranges_, scope.variables, same);
+          return other.is_of(side.constraint, side.side) && (!held || other.held) &&
+                 same_point(other.v, v, ranges_, scope.variables, same);
         };
         const bool known = std::ranges::any_of(place_.worst_cases, is_known);
         if (known && (held || !can_hold)) continue;
@@ -554,7 +554,7 @@ class RobustSearch {
       const RobustCopies::Part& part = solved.copies->worst_cases()[k];
       const RobustScope& scope = part.scope;
       const bool met = std::ranges::any_of(kept, [&](const RobustCopies::WorstCase& other) {
-        return other.is_of_same(one) &&
+        return other.is_of(one.constraint, one.side) &&
                same_point(other.v, one.v, ranges_, scope.variables, options_.minmax_distinct_tol);
       });
       const bool active = solved.copies->is_active(solved.result, part);

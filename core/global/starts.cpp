@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <new>
-#include <stdexcept>
 #include <system_error>
 #include <thread>
 
@@ -72,13 +71,8 @@ Starts::Starts(const std::vector<Problem*>& models, const SolverOptions& options
 }
 
 void Starts::prepare() {
-  const std::size_t n = structure().variable_players.size();
-  for (const auto k : indices(given_)) {
-    if (given_[k].size() == n) continue;
-    throw std::invalid_argument("given starting point " + std::to_string(k) + " has " +
-                                std::to_string(given_[k].size()) + " values for " +
-                                std::to_string(n) + " variables");
-  }
+  for (const auto k : indices(given_))
+    require_size("given starting point " + std::to_string(k), structure(), given_[k]);
   last_ = std::max(options_.minmax_starts - 1, static_cast<Index>(given_.size()));
   asked_ = last_ + 1;
   maximization_ = !has_free_min_variable(structure());
@@ -176,10 +170,9 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
   try {
     // The model's calls count once, whatever the number of threads.
     if (!std::exchange(worker.detected, true)) {
-      Result detection;
-      detection.counts = worker.structure.detect(*worker.model, options_);
+      const Counts calls = worker.structure.detect(*worker.model, options_);
       const std::lock_guard lock(mutex_);
-      if (start == 0) add_work(detection, outcomes_.work);
+      if (start == 0) outcomes_.work.counts += calls;
     }
     Restarted model(*worker.model, v);  // which keeps its start
     record(start, refine(worker, model, start, v, options));

@@ -174,9 +174,7 @@ class Starts::Choice {
     // The start that was to meet it was cut short.
     if (budget_.interrupted() && best.status == Status::WorstCaseNotMet)
       best.over_y.finished = false;
-    Result work;
-    audit(model_, options_, all_.witnesses_, budget_, best, work.counts);
-    add_work(work, all_.outcomes_.work);
+    audit(model_, options_, all_.witnesses_, budget_, best, all_.outcomes_.work.counts);
     if (looks && best.worst_case.higher && best.status != Status::WorstCaseNotMet)
       best.message += "\n" + describe_worst_case(best);
   }

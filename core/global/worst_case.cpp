@@ -1,10 +1,7 @@
 #include "core/worst_case.hpp"
-#include "core/model/indices.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "core/global/audit.hpp"
@@ -80,16 +77,7 @@ void look_for_worst_case(Problem& problem, Index starts, const Points& given,
 WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
                                 const SolverOptions& options, Index starts, const Points& given,
                                 const MultistartObserver& observer) {
-  const std::size_t n = problem.structure().variable_players.size();
-  if (v.size() != n) {
-    throw std::invalid_argument("the point of a worst-case check has " + std::to_string(v.size()) +
-                                " values for " + std::to_string(n) + " variables");
-  }
-  for (const auto i : indices(v)) {
-    if (std::isfinite(v[i])) continue;
-    throw std::invalid_argument("variable " + std::to_string(i) +
-                                " of a worst-case check's point is not finite");
-  }
+  require_point("the point of a worst-case check", problem.structure(), v);
   WorstCaseCheck check;
   if (!has_max_variables(problem.structure())) return check;
   double here = -kInfinity;

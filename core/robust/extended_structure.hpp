@@ -1,12 +1,12 @@
 #pragma once
 
-#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/formulas/interval.hpp"
+#include "core/model/indices.hpp"
 #include "core/problem.hpp"
 #include "linalg/numbers.hpp"
 
@@ -31,10 +31,7 @@ inline void add_label(std::vector<std::string>& names, std::vector<Index>& numbe
                       std::size_t size, Label label) {
   names.resize(size);
   names.push_back(std::move(label.name));
-  if (numbers.empty()) {
-    numbers.resize(size);
-    std::iota(numbers.begin(), numbers.end(), 0);
-  }
+  if (numbers.empty()) numbers = numbers_below(size);
   numbers.push_back(label.number);
 }
 

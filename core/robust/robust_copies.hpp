@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,8 +31,9 @@ class RobustCopies final : public Problem {
     bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
     bool held = false;      ///< y stays at v, what follows from it apart: a scenario
     int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
-    [[nodiscard]] bool is_of_same(const WorstCase& other) const {
-      return constraint == other.constraint && side * other.side >= 0;
+    /// Whether it is one of this bound of a constraint, or of both bounds.
+    [[nodiscard]] bool is_of(Index its_constraint, int its_side) const {
+      return constraint == its_constraint && side * its_side >= 0;
     }
   };
   using WorstCases = std::vector<WorstCase>;
@@ -47,16 +47,14 @@ class RobustCopies final : public Problem {
         budget_(budget),
         start_(std::move(start)),
         structure_(model.structure()),
+        model_variable_(numbers_below(structure_.variable_players.size())),
+        model_row_(numbers_below(structure_.constraint_players.size())),
         v_(structure_.variable_players.size()),
         g_(structure_.constraint_players.size()),
         lambda_(g_.size()),
         jacobian_(structure_.jacobian.size()),
         hessian_(structure_.hessian.size()) {
     structure_.nonlinear_variables.reset();
-    model_variable_.resize(v_.size());
-    std::iota(model_variable_.begin(), model_variable_.end(), 0);
-    model_row_.resize(g_.size());
-    std::iota(model_row_.begin(), model_row_.end(), 0);
     parts_.resize(worst_cases.size() + 1);
     for (Part& part : parts_) part.column = model_variable_;
     for (const auto k : indices(worst_cases)) {
@@ -160,16 +158,16 @@ class RobustCopies final : public Problem {
 
   /// The model evaluated at one y: its rows that count there and where they and the columns go.
   struct Part {
-    WorstCase worst_case{};
-    RobustScope scope{};          ///< what it involves
-    std::vector<Index> column{};  ///< n: variable of this problem that stands for the model's
-    std::vector<Index> row_of{};  ///< m: row of this problem, -1: does not count here
-    std::vector<Index> rows{};    ///< of the model, that count here
-    Index row = -1;               ///< of the worst case
+    WorstCase worst_case;
+    RobustScope scope;          ///< what it involves
+    std::vector<Index> column;  ///< n: variable of this problem that stands for the model's
+    std::vector<Index> row_of;  ///< m: row of this problem, -1: does not count here
+    std::vector<Index> rows;    ///< of the model, that count here
+    Index row = -1;             ///< of the worst case
     bool with_objective = false;
-    std::vector<std::size_t> jacobian{}, hessian{};  ///< entries of the model that count here
-    std::vector<Index> serving{};  ///< constraints of the model on a y that serves the row
-    std::size_t zeros = 0;         ///< entries behind the others
+    std::vector<std::size_t> jacobian, hessian;  ///< entries of the model that count here
+    std::vector<Index> serving;  ///< constraints of the model on a y that serves the row
+    std::size_t zeros = 0;       ///< entries behind the others
   };
   /// The worst cases.
   [[nodiscard]] std::span<const Part> worst_cases() const { return std::span(parts_).subspan(1); }

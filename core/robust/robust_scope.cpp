@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
@@ -211,9 +210,7 @@ RobustScope RobustScopes::all_of(Index constraint) const {
 }
 
 std::vector<RobustScope::Explicit> RobustScopes::follows() const {
-  std::vector<Index> all(rows_.size());
-  std::iota(all.begin(), all.end(), 0);
-  return in_order(all, Marks(all.size(), false));
+  return in_order(numbers_below(rows_.size()), Marks(rows_.size(), false));
 }
 
 RobustScope RobustScopes::of(Index constraint) const {
