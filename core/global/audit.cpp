@@ -122,7 +122,7 @@ class Hearing {
         const Look here = anew(seen);
         if (!std::exchange(measured, true)) measure_change_by_equations(j);
         const double beside =
-            excess_of(j, here.g[j]) / std::max(ranges_[j].size(), kVanishingRange);
+            excess_of_row(s_, j, here.g[j]) / std::max(ranges_[j].size(), kVanishingRange);
         if (holds(j, here.g[j], tol) || beside <= largest || !max_may_choose(here)) continue;
         worst = {.constraint = row, .v = here.v, .value = here.g[j], .active = true};
         largest = beside;
@@ -137,7 +137,7 @@ class Hearing {
   /// Whether the answer's own y violates a row by what no tolerance of its solve explains.
   [[nodiscard]] bool is_missed_at_answer(std::size_t j) const {
     constexpr double kNoTolerance = 1e-6;  // of the row's range, or of what x can change
-    return excess_of(j, here_.g[j]) >
+    return excess_of_row(s_, j, here_.g[j]) >
            kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
                2.0 * relaxation_where_exceeded(here_.g[j], s_.constraint_lower[j],
                                                s_.constraint_upper[j], options_);
@@ -148,9 +148,6 @@ class Hearing {
   [[nodiscard]] bool holds(std::size_t j, double value, double tol, double wider = 0.0) const {
     return is_met(value, s_.constraint_lower[j] - wider, s_.constraint_upper[j] + wider, ranges_[j],
                   tol);
-  }
-  [[nodiscard]] double excess_of(std::size_t j, double value) const {
-    return excess(value, s_.constraint_lower[j], s_.constraint_upper[j]);
   }
 
   /// The answer with another y, Max's variables, cut by the bounds; empty: it is the answer's.

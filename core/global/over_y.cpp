@@ -7,7 +7,6 @@
 #include "core/global/held.hpp"
 #include "core/global/places_over_y.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"

@@ -7,9 +7,7 @@
 #include <utility>
 
 #include "core/model/indices.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
-#include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

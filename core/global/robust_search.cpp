@@ -627,13 +627,12 @@ class RobustSearch {
       return any;
     ++work_.counts.constraints;
     ++work_.counts.jacobian;
-    std::vector<std::size_t> entries(g.size(), 2);  // of rows of the scope
-    for (const Index row : scope.constraints) entries[at(row)] = 0;
-    for (const auto& [row, col] : s_.jacobian) ++entries[at(row)];
-    for (const auto k : indices(jacobian)) {
-      const auto [row, col] = s_.jacobian[k];
-      if (entries[at(row)] == 1 && jacobian[k] != 0.0)
-        cross(v[at(col)], jacobian[k], g[at(row)], s_.constraint_lower[at(row)],
+    const auto entries = entries_of_rows(s_);
+    for (const Index row : scope.constraints) {
+      if (entries[at(row)].size() != 1) continue;
+      const std::size_t k = entries[at(row)].front();
+      if (jacobian[k] != 0.0)
+        cross(v[at(s_.jacobian[k].col)], jacobian[k], g[at(row)], s_.constraint_lower[at(row)],
               s_.constraint_upper[at(row)]);
     }
     return any;
@@ -649,8 +648,7 @@ class RobustSearch {
     ++work_.counts.constraints;
     if (!form_.solved.constraint_rows(scope.constraints, v, true, g)) return false;
     return std::ranges::all_of(scope.constraints, [&](Index row) {
-      return excess(g[at(row)], s_.constraint_lower[at(row)], s_.constraint_upper[at(row)]) <=
-             options_.constr_viol_tol;
+      return excess_of_row(s_, at(row), g[at(row)]) <= options_.constr_viol_tol;
     });
   }
 
@@ -704,18 +702,16 @@ class RobustSearch {
     if (!is_success(least.status) || least.over_y.better_known || !least.over_y.finished) return;
     double largest = 0.0, violation = 0.0;
     const RobustWorstCase* worst = nullptr;
-    const auto excess_of = [&](const std::vector<double>& g, std::size_t row) {
-      return excess(g[row], asked_.constraint_lower[row], asked_.constraint_upper[row]);
-    };
     for (RobustWorstCase& found : least.worst_cases) {
       std::vector<double> g(asked_.constraint_players.size());
       if (!form_.asked.constraints(found.v, true, g)) return;
       const auto row = at(found.constraint);
       found.value = g[row];  // was that of the relaxed row
-      const double beside = excess_of(g, row) * rows.units().factor[row];
+      const double own = excess_of_row(asked_, row, g[row]);
+      const double beside = own * rows.units().factor[row];
       if (beside <= largest) continue;
       largest = beside;
-      violation = excess_of(g, row);
+      violation = own;
       worst = &found;
     }
     if (worst == nullptr || !(largest > kClearViolation * options_.constr_viol_tol)) return;
@@ -727,8 +723,10 @@ class RobustSearch {
     least.certificate = {};
     least.certificate.kind = PointKind::InfeasiblePoint;
     least.over_y.largest_violation = violation;
-    for (const auto row : indices(least.constraints))
-      least.error.primal = std::max(least.error.primal, excess_of(least.constraints, row));
+    for (const auto row : indices(least.constraints)) {
+      const double own = excess_of_row(asked_, row, least.constraints[row]);
+      least.error.primal = std::max(least.error.primal, own);
+    }
     answer_ = std::move(least);
   }
 

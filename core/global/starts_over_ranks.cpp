@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/global/starts.hpp"
-#include "core/multistart.hpp"
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/ranks.hpp"
 #include "core/parallel/result_bytes.hpp"
