@@ -137,7 +137,7 @@ SecondOrder judge_barrier_problem(TestContext& c, TrialPoint& trial) {
   if (c.kkt.has_expected_inner_inertia(c.kkt.factorize_inner({.y = -spare})) &&
       c.kkt.has_expected_inertia(c.kkt.factorize({.x = -spare}))) {
     trial.margin = spare;
-    examine_unclear_curvature(c, &c.given.evaluation);
+    c.examine_curvature(c.given, c.given.iterate.lambda, nullptr, &c.given.evaluation);
     return barrier_newton_contracts(c, trial.mu) ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
   c.kkt.begin_pivoting();

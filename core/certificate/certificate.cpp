@@ -47,9 +47,10 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
   if (!trial.set.is_strict()) return FirstLook::Unclear;
   ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation,
                          &c.arrays.system);
+  const Vector error = c.scaled_hessian_error(trial.scaling);
   double asked = std::max({kInTols * c.options.minmax_curvature_tol, c.margin(),
                            std::min(kInTols * c.options.tol, kMostFar)});
-  trial.test = second_order_test(system, c.scaled_hessian_error(trial.scaling), asked);
+  trial.test = second_order_test(system, error, asked);
   if (!trial.test.both()) {
     // Singular beside the margin, it is so without: gradients depend on each other.
     const KktFactors& last = trial.test.inner ? c.kkt.factors() : c.kkt.inner_factors();
@@ -67,12 +68,12 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
   const double changes_by = max_norm(trial.newton.error);
   if (!(asked - changes_by >= c.margin())) {  // clear curvature is right beside that, too
     asked = kClearlyWrong * changes_by + c.margin();
-    trial.test = second_order_test(system, c.scaled_hessian_error(trial.scaling), asked);
+    trial.test = second_order_test(system, error, asked);
     if (!trial.test.both() || !gradients_hold(trial)) return FirstLook::Unclear;
   }
   trial.margin = asked - changes_by;
   if (!reaches_solution(c, trial)) return FirstLook::Far;
-  c.examine_curvature(trial.point, trial.point.iterate.lambda, trial.scaling, &system);
+  c.examine_curvature(trial.point, trial.point.iterate.lambda, &system);
   return FirstLook::Right;
 }
 
@@ -197,7 +198,7 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
   SecondOrder verdict = judge(c, trial, own);
   // Wrong second derivatives may be why nothing could be decided.
   if (verdict == SecondOrder::Undecided || verdict == SecondOrder::Flat)
-    examine_unclear_curvature(c, nullptr);
+    c.examine_curvature(point, point.iterate.lambda, nullptr);
   Finding finding;
   const bool disagrees = c.wrong_row && verdict != SecondOrder::Violated;
   if (disagrees) {

@@ -6,9 +6,8 @@
 
 #include "core/certificate/active_set.hpp"
 #include "core/certificate/dependence.hpp"
-#include "core/certificate/derivative_checks.hpp"
 #include "core/certificate/newton_step.hpp"
-#include "core/certificate/robust_rows.hpp"
+#include "core/differences/directional_check.hpp"
 #include "core/method/step_method.hpp"
 #include "core/model/parameters.hpp"
 #include "core/result.hpp"
@@ -58,6 +57,14 @@ struct InertiaTest {
   double full_response = 0.0;
   [[nodiscard]] bool both() const { return inner && full; }
   [[nodiscard]] double response() const { return std::max(inner_response, full_response); }
+};
+
+/// Inactive copies: copies of y that serve inactive robust constraints (CanonicalProblem::owners).
+/// Their values do not matter to x, and they have no curvature because lambda_r goes to 0. The test
+/// holds them and leaves out Max's rows on them.
+struct InactiveCopies {
+  std::vector<Index> variables;
+  std::vector<bool> rows;  ///< per canonical constraint, or empty
 };
 
 /// A point near the solution with a guess of its active set, and the results of the tests.
@@ -116,6 +123,29 @@ struct Finding {
   /// values.
   std::optional<WrongCurvature> wrong;
   std::string remark;  ///< which entry of W is wrong; empty: none. Without line end
+};
+
+/// Direction of little curvature of both matrices, by two inverse iterations each, and an upper
+/// estimate of the least curvature, scaled.
+struct LittleCurvature {
+  Vector direction;  ///< canonical lengths; with a generic part, so that errors of all rows show
+  double least = 1.0;
+  Index variable = -1;  ///< canonical, the one that moves most along the least; -1: no factors
+};
+/// Work arrays of the following functions, kept from call to call.
+struct CurvatureArrays {
+  LittleCurvature found;
+  NewtonResidual rhs;
+  Step solution;
+  Vector step;
+  Eigen::ArrayXd largest;
+  std::vector<bool> held;  ///< variables at active bounds, and slacks
+  DifferenceArrays differences;
+};
+/// Work arrays of the check of a vertex.
+struct CornerArrays {
+  Vector here, there;  ///< gradients of the Lagrangian
+  Vector balanced, step, predicted, longest;
 };
 
 /// Work arrays of the test, kept from test to test.

@@ -157,8 +157,7 @@ bool is_right(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
   here.test = second_order_test(system, here.error, c.margin(), here.proximal);
   if (!here.test.both() || !gradients_hold(here)) return false;
   c.examine_curvature(here.point,
-                      without_inactive(c.canonical, here.set, here.point.iterate.lambda),
-                      here.scaling, &system);
+                      without_inactive(c.canonical, here.set, here.point.iterate.lambda), &system);
   return true;
 }
 

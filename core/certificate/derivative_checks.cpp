@@ -14,17 +14,17 @@ namespace {
 using namespace parameters::certificate;
 
 /// Adds a direction of little curvature of one player to the one found, the other one answering.
-void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
-                          const Evaluation& assembled, bool inner, CurvatureArrays& arrays) {
+void add_little_curvature(TestContext& c, const Evaluation& assembled, bool inner) {
+  CurvatureArrays& arrays = c.arrays.curvature;
   LittleCurvature& found = arrays.found;
-  const IndexRange own = inner ? canonical.y() : canonical.x();
+  const IndexRange own = inner ? c.canonical.y() : c.canonical.x();
   if (own.size() == 0) return;
-  set_zero(canonical, arrays.rhs);
-  set_zero(canonical, arrays.solution);
+  set_zero(c.canonical, arrays.rhs);
+  set_zero(c.canonical, arrays.solution);
   // Of these solutions only the size and the direction matter, and the factors have been tested.
   const auto solve = [&](const NewtonResidual& rhs, Step& step) {
-    return inner ? kkt.solve_inner(assembled, rhs, step, kUnrefined)
-                 : kkt.solve(assembled, rhs, step, kUnrefined);
+    return inner ? c.kkt.solve_inner(assembled, rhs, step, kUnrefined)
+                 : c.kkt.solve(assembled, rhs, step, kUnrefined);
   };
   const auto prepare = [&](Vector& d) {
     for (const Index i : indices(d)) {
@@ -187,29 +187,31 @@ struct CornerCheck {
 
 /// Compares W with a difference of gradients along the direction of little curvature, to a tenth of
 /// that curvature. Returns the row of W that disagrees most; empty: none, or the model is undefined
-/// on both sides of the point. lambda: for which W was evaluated. arrays: with the direction.
-std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
-                                        const Vector& lambda, const VariableScaling& scaling,
-                                        CurvatureArrays& arrays) {
+/// on both sides of the point. lambda: for which W was evaluated.
+std::optional<Deviation> find_wrong_row(TestContext& c, const Point& point, const Vector& lambda,
+                                        const VariableScaling& scaling) {
+  CurvatureArrays& arrays = c.arrays.curvature;
   const LittleCurvature& curvature = arrays.found;
   const double longest = max_norm(curvature.direction.cwiseQuotient(scaling.variable));
   if (!(longest > 0.0)) return std::nullopt;
-  const double size = ipminmax::longest(canonical, point.iterate.v, scaling);
+  const double size = ipminmax::longest(c.canonical, point.iterate.v, scaling);
   Vector& step = arrays.step;
   step = (kHardly + kRootOfRounding * size) / longest * curvature.direction;
   arrays.largest = kMostFar * point.iterate.v.array().abs().max(1.0);
   step.array() = step.array().max(-arrays.largest).min(arrays.largest);
-  keep_within_bounds(canonical, point.iterate.v, kLittle, step);
+  keep_within_bounds(c.canonical, point.iterate.v, kLittle, step);
   return compare_second_derivatives(
-      canonical, point.iterate.v, lambda, point.evaluation, step, scaling.variable,
+      c.canonical, point.iterate.v, lambda, point.evaluation, step, scaling.variable,
       std::clamp(kLittle * curvature.least, kLeastError, kLargestError), arrays.differences);
 }
 
 }  // namespace
 
 void TestContext::examine_curvature(const Point& point, const Vector& lambda,
-                                    const VariableScaling& scaling, ActiveSetSystem* system,
-                                    const Evaluation* assembled) {
+                                    const ActiveSetSystem* system, const Evaluation* assembled) {
+  const VariableScaling& scaling =
+      system ? system->scaling
+             : variable_scaling(canonical, point.iterate.v, point.evaluation, arrays.scaling);
   CurvatureArrays& work = arrays.curvature;
   work.held.resize(at(canonical.variables()));
   for (const Index i : each_variable(canonical))
@@ -220,21 +222,14 @@ void TestContext::examine_curvature(const Point& point, const Vector& lambda,
   work.found.variable = -1;
   if (system) assembled = &system->assembled();
   for (const bool inner : {false, true}) {
-    if (assembled) add_little_curvature(canonical, kkt, *assembled, inner, work);
+    if (assembled) add_little_curvature(*this, *assembled, inner);
   }
   for (const Index i : each_variable(canonical)) {
     if (!work.held[at(i)]) direction[i] += generic_entry(i);
   }
   if (system) direction.array() *= scaling.variable.array();
   // Differences have errors of their own, which the tests allow for.
-  if (!hessian_error) wrong_row = find_wrong_row(canonical, point, lambda, scaling, work);
-}
-
-void examine_unclear_curvature(TestContext& c, const Evaluation* assembled) {
-  const Iterate& given = c.given.iterate;
-  c.examine_curvature(c.given, given.lambda,
-                      variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling),
-                      nullptr, assembled);
+  if (!hessian_error) wrong_row = find_wrong_row(*this, point, lambda, scaling);
 }
 
 Index multiplier_lost_inside(TestContext& c, const TrialPoint& trial, const Point& point) {

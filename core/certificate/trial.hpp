@@ -67,10 +67,11 @@ struct TestContext {
     return canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
   }
   /// Writes little curvature of the factorized matrices to arrays.curvature, and the row of W that
-  /// is wrong along it to wrong_row. system: null if the active set is not known; then assembled:
-  /// the matrices' unscaled derivatives. Both null: there are no factors.
-  void examine_curvature(const Point& point, const Vector& lambda, const VariableScaling& scaling,
-                         ActiveSetSystem* system, const Evaluation* assembled = nullptr);
+  /// is wrong along it to wrong_row. lambda: for which the point's W was evaluated. system: null if
+  /// the active set is not known; then assembled: the matrices' unscaled derivatives. Both null:
+  /// there are no factors.
+  void examine_curvature(const Point& point, const Vector& lambda, const ActiveSetSystem* system,
+                         const Evaluation* assembled = nullptr);
 };
 
 /// Solves with the assembled K at a shift. Factorizes again with a higher quality if the solution
@@ -189,10 +190,6 @@ struct FlatDirections {
 /// classified and the point hardly moves, if a distance has lost its digits, or with the budget.
 void follow_barrier(TestContext& c, TrialPoint& trial);
 
-/// Compares W with differences at the given point, whose active set is not known. assembled: null
-/// if there are no factors.
-void examine_unclear_curvature(TestContext& c, const Evaluation* assembled);
-
 /// Checks a vertex, where curvature does not show that gradients jump. For each player of a game
 /// without free variables the gradient is compared with what W predicts a small step inside the
 /// active bounds and inequalities, in two directions. Each takes one gradient and Jacobian.
@@ -210,6 +207,10 @@ void examine_unclear_curvature(TestContext& c, const Evaluation* assembled);
 /// constraints are left out and their copies held. The KKT matrices have other values afterwards.
 [[nodiscard]] SecondOrder test_robust_rows(TestContext& c, const TrialPoint& trial,
                                            const Point& point);
+
+[[nodiscard]] InactiveCopies inactive_copies(const CanonicalProblem& canonical,
+                                             const Iterate& iterate,
+                                             const VariableScaling& scaling);
 
 /// Tests a point with mu_target > 0. It solves the barrier problem, in which no bound is active and
 /// all curvature counts.
