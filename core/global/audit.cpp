@@ -580,7 +580,7 @@ void check_first_derivatives(Problem& problem, const SolverOptions& options, Res
 }
 
 std::string describe_y(const ProblemStructure& s, Index constraint, const std::vector<double>& v) {
-  const RobustScope scope = robust_scope(s, constraint);
+  const RobustScope scope = RobustScopes(s).of(constraint);
   std::string text;
   constexpr int kMostNames = 6;
   int said = 0;

@@ -52,7 +52,7 @@ WorstCaseProof find(Problem& problem, std::span<const double> v, const SolverOpt
     found = maximize_objective(problem, v, request.starts, {}, context);
   } else {
     RowOverY row(problem, request.constraint, sign_of(request), {v.begin(), v.end()},
-                 robust_scope(problem.structure(), request.constraint));
+                 RobustScopes(problem.structure()).of(request.constraint));
     found = maximize_over_y(row, request.starts, {}, context);
   }
   return std::move(*found.proof);

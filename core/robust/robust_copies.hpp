@@ -201,11 +201,13 @@ class RobustCopies final : public Problem {
     return nullptr;
   }
 
+  /// The model's own y; what of them nothing reads any more is held.
   void add_base(const RobustScopes& scopes, const std::vector<bool>& reads_y) {
     Part& base = parts_.front();
     base.with_objective = true;
     base.row_of = model_row_;
-    for (const Index row : robust_constraints(model_.structure())) {
+    const std::vector<Index> robust = robust_constraints(model_.structure());
+    for (const Index row : robust) {
       base.row_of[at(row)] = -1;  // its worst cases' part
       if (first_of(row) == nullptr) drop_constraint(structure_, row);
     }
@@ -216,7 +218,14 @@ class RobustCopies final : public Problem {
       if (part.worst_case.copied) continue;
       for (const Index i : part.scope.variables) read[at(i)] = true;
     }
-    drop_unread(scopes, read);
+    for (const Index row : robust) {
+      const Part* first = first_of(row);
+      if (first != nullptr && !first->worst_case.copied) continue;
+      const RobustScope scope = scopes.all_of(row);
+      if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
+      hold(scope.variables, (first != nullptr ? *first : parts_[1]).worst_case);
+      for (const Index j : scope.constraints) drop_constraint(structure_, j);
+    }
   }
 
   void add_worst_case(std::size_t copy) {
@@ -259,17 +268,6 @@ class RobustCopies final : public Problem {
     model_row_.push_back(j);
     return add_constraint(structure_, player, s.constraint_lower[at(j)], s.constraint_upper[at(j)],
                           label_of_copy(s.constraint_names, s.constraint_numbers, j, copy));
-  }
-
-  void drop_unread(const RobustScopes& scopes, const std::vector<bool>& read) {
-    for (const Index row : robust_constraints(model_.structure())) {
-      const Part* first = first_of(row);
-      if (first != nullptr && !first->worst_case.copied) continue;
-      const RobustScope scope = scopes.all_of(row);
-      if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
-      hold(scope.variables, (first != nullptr ? *first : parts_[1]).worst_case);
-      for (const Index j : scope.constraints) drop_constraint(structure_, j);
-    }
   }
 
   /// Copies, and variables of the model that nothing else reads, serve the row of their worst case.

@@ -230,10 +230,6 @@ RobustScope RobustScopes::of(Index constraint) const {
   return scope;
 }
 
-RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
-  return RobustScopes(s).of(constraint);
-}
-
 std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v, Counts& counts) {
   constexpr double kSame = 1e-6;  // also where derivatives are differences
   const ProblemStructure& s = model.structure();

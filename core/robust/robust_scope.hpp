@@ -81,9 +81,6 @@ class RobustScopes {
 [[nodiscard]] bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
                             std::vector<double>& v);
 
-/// One of them.
-[[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);
-
 /// Whether y can be held, followers apart, as a scenario of a robust constraint: not where Y moves
 /// with x in another way than by equations that determine followers, for then no fixed y is in it
 /// for every x.
