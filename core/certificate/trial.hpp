@@ -109,8 +109,8 @@ struct TestContext {
 void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial);
 
 /// Guesses the active set by z / s, scaled, and holds inactive copies. A Newton step has to confirm
-/// it. A bound is weakly active if the ratio lies between 1 / strict_ratio and strict_ratio. A bound
-/// that is no farther than its relaxation is never inactive.
+/// it. A bound is weakly active if the ratio lies between 1 / strict_ratio and strict_ratio. A
+/// bound that is no farther than its relaxation is never inactive.
 void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& trial);
 /// Whether two points are near each other: scaled, within share of the problem's size; and
 /// unscaled, within a thousandth of each variable's own size. If that is zero: within a thousandth,

@@ -31,7 +31,7 @@ struct StartOutcomes {
   /// Points of starts that no certified one came of, of the first thousand starts: their y may be
   /// worse elsewhere.
   std::map<Index, std::vector<double>> uncertified;
-  /// The best result without certificate, the earlier start's among equals; start -1: there is none.
+  /// The best result without certificate, the earlier start's among equals; start -1: none.
   std::pair<Index, Result> best_uncertified{-1, {}};
   std::map<Status, Index> statuses;
   Result work;  ///< iterations, factorizations, counts and times of all, and what is no start's

@@ -18,9 +18,9 @@
 namespace ipminmax {
 
 /// min t subject to the model's constraints and f(x, y) - t <= 0, a robust constraint; or, for the
-/// least violation, t >= 0 subject to the model's constraints, robust ones with one bound relaxed by
-/// t: g - t <= upper for every y, or g + t >= lower. The variable t is the last one, the constraint
-/// on f too.
+/// least violation, t >= 0 subject to the model's constraints, robust ones with one bound relaxed
+/// by t: g - t <= upper for every y, or g + t >= lower. The variable t is the last one, the
+/// constraint on f too.
 class Epigraph final : public ByRows<Problem>, private BoxesOf {
  public:
   /// reads_y: n, whether f reads a Max variable, as far as is known; none: it may read all.
