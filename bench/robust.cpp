@@ -183,8 +183,7 @@ Found solve_by_cutting_sets(Problem& model, const std::vector<double>& start, do
     scenarios.push_back({row, worst.v.empty() ? start : worst.v, true, true});
   }
   for (int round = 0; round < kMostRounds && clock.seconds() < seconds; ++round) {
-    RobustCopies master(counted, scenarios, RobustScopes(model.structure()), reads_y, budget);
-    master.start_at(v);
+    RobustCopies master(counted, v, scenarios, RobustScopes(model.structure()), reads_y, budget);
     const IpoptAnswer outer = ipopt.minimize(master, seconds - clock.seconds());
     ++found.solves;
     if (!solved_well(outer)) break;

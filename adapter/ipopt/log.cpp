@@ -354,7 +354,7 @@ std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index
     for (std::size_t i = 0; i < n; ++i)
       with_f.jacobian.push_back({constraint, static_cast<Index>(i)});
   }
-  const RobustScope scope = robust_scope(with_f, constraint);
+  const RobustScope scope = RobustScopes(with_f).of(constraint);
   mark(scope.variables, true);
   mark(scope.followers, false);
   mark(scope.idle, false);

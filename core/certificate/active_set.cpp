@@ -1,29 +1,7 @@
-#include "core/certificate/active_set.hpp"
-
-#include <algorithm>
-
-#include "core/certificate/parameters.hpp"
+#include "core/certificate/trial.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
-
-void ActiveBounds::reset(const CanonicalProblem& canonical) {
-  redundant.clear();
-  held_rows.clear();
-  of.assign(at(canonical.variables()), BoundClass::Inactive);
-  side.assign(at(canonical.variables()), 0);
-}
-
-void ActiveBounds::include(Index i, int side_of_bound, BoundClass found) {
-  if (side_of(i) != 0 && found <= of[at(i)]) return;
-  of[at(i)] = found;
-  side[at(i)] = static_cast<std::int8_t>(side_of_bound);
-}
-
-void ActiveBounds::hold(Index i) {
-  of[at(i)] = BoundClass::Active;
-  side[at(i)] = 0;
-}
 
 bool ActiveBounds::exceeds_variables(const CanonicalProblem& canonical) const {
   constexpr Index kMostPerVariable = 2;  // a vertex has one; where a few rows are repeated, more
@@ -37,56 +15,26 @@ bool ActiveBounds::exceeds_variables(const CanonicalProblem& canonical) const {
   return active > kMostPerVariable * variables;
 }
 
-Index ActiveBounds::weak(const CanonicalProblem& canonical, Player player) const {
-  Index count = 0;
-  for (Index i = 0; i < canonical.variables(); ++i) {
-    const bool own = canonical.owned_by_max(i) == (player == Player::Max);
-    if (own && of[at(i)] == BoundClass::WeaklyActive) ++count;
-  }
-  return count;
-}
-
-double ActiveBounds::distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const {
-  return side_of(i) < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);
-}
-
-bool within_relaxation(const CanonicalProblem& canonical, Index i, int side, double distance,
-                       const SolverOptions& options) {
-  return distance <= 2.0 * relaxation_of(canonical, i, side, options);
-}
-
-void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
-                      const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
-                      ActiveBounds& set) {
-  set.reset(canonical);
-  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
-    const double unit = scaling.variable[i];
+void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& trial) {
+  const Iterate& iterate = trial.point.iterate;
+  trial.set.reset(c.canonical);
+  for_each_bound(c.canonical, iterate.v, [&](Index i, int side, double distance) {
+    const double unit = trial.scaling.variable[i];
     const BoundClass found =
         class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
-    const bool relaxed = within_relaxation(canonical, i, side, distance, options);
-    set.include(i, side,
-                found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
+    // Else the model's own bound may be active.
+    const bool relaxed = distance <= 2.0 * relaxation_of(c.canonical, i, side, c.options);
+    trial.set.include(i, side,
+                      found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
   });
-}
-
-ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
-                                 const ActiveBounds& its_set, const VariableScaling& its_scaling,
-                                 const Evaluation& evaluation, ActiveSetArrays* arrays)
-    : canonical(its_canonical),
-      kkt(its_kkt),
-      set(its_set),
-      scaling(its_scaling),
-      arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
-  set_scaled(canonical, evaluation, scaling, arrays_.scaled);
-  arrays_.reduced = arrays_.scaled;
-  arrays_.fixed.assign(at(canonical.variables()), false);
+  trial.hold_inactive();
 }
 
 void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times,
                                double max_times) {
   Vector& curvature = arrays_.curvature;
   curvature.setZero(canonical.variables());
-  for (Index i = 0; i < canonical.variables(); ++i) {
+  for (const Index i : each_variable(canonical)) {
     const bool max = canonical.owned_by_max(i);
     const bool held = set[i] == BoundClass::Active || (set[i] == BoundClass::WeaklyActive &&
                                                        (max ? fixed.max_fixed : fixed.min_fixed));
@@ -100,15 +48,13 @@ void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times
     }
   }
   arrays_.reduced.hessian = arrays_.scaled.hessian;
-  for_each_entry(canonical.hessian(), arrays_.reduced.hessian,
-                 [&](Index i, Index j, double& value) {
-                   if (is_fixed(i) || is_fixed(j)) value = 0.0;
-                 });
+  for_each_in_hessian(canonical, arrays_.reduced, [&](Index i, Index j, double& value) {
+    if (is_fixed(i) || is_fixed(j)) value = 0.0;
+  });
   arrays_.reduced.jacobian = arrays_.scaled.jacobian;
-  for_each_entry(canonical.jacobian(), arrays_.reduced.jacobian,
-                 [&](Index row, Index col, double& value) {
-                   if (is_fixed(col) || !counts(row)) value = 0.0;
-                 });
+  for_each_in_jacobian(canonical, arrays_.reduced, [&](Index row, Index col, double& value) {
+    if (is_fixed(col) || !counts(row)) value = 0.0;
+  });
   const bool any = !set.redundant.empty() || !set.held_rows.empty();
   arrays_.left_out.assign(any ? at(canonical.constraints()) : 0, true);
   for (Index j = 0; any && j < canonical.constraints(); ++j) {

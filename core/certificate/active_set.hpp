@@ -22,6 +22,12 @@ enum class BoundClass : std::uint8_t { Inactive, WeaklyActive, Active };
   return strict_ratio * multiplier < distance ? BoundClass::Inactive : BoundClass::WeaklyActive;
 }
 
+/// Distance of v_i to its lower bound (side -1) or upper one.
+[[nodiscard]] inline double distance_to_bound(const CanonicalProblem& canonical, const Vector& v,
+                                              Index i, int side) {
+  return side < 0 ? canonical.above_lower(i, v[i]) : canonical.below_upper(i, v[i]);
+}
+
 /// One class per canonical variable; a slack stands for its inequality. If a variable has two
 /// bounds, the more active one counts.
 struct ActiveBounds {
@@ -34,11 +40,23 @@ struct ActiveBounds {
   std::vector<bool> held_rows;
 
   /// All bounds inactive, all rows counted.
-  void reset(const CanonicalProblem& canonical);
+  void reset(const CanonicalProblem& canonical) {
+    redundant.clear();
+    held_rows.clear();
+    of.assign(at(canonical.variables()), BoundClass::Inactive);
+    side.assign(at(canonical.variables()), 0);
+  }
   /// One of a variable's bounds.
-  void include(Index i, int side_of_bound, BoundClass found);
+  void include(Index i, int side_of_bound, BoundClass found) {
+    if (side_of(i) != 0 && found <= of[at(i)]) return;
+    of[at(i)] = found;
+    side[at(i)] = static_cast<std::int8_t>(side_of_bound);
+  }
   /// Holds a variable where it is, at a bound or not.
-  void hold(Index i);
+  void hold(Index i) {
+    of[at(i)] = BoundClass::Active;
+    side[at(i)] = 0;
+  }
   [[nodiscard]] bool is_redundant(Index constraint) const {
     return !redundant.empty() && redundant[at(constraint)];
   }
@@ -59,26 +77,25 @@ struct ActiveBounds {
     return is_strict() && !exceeds_variables(canonical);
   }
   /// Weakly active bounds of a player.
-  [[nodiscard]] Index weak(const CanonicalProblem& canonical, Player player) const;
+  [[nodiscard]] Index weak(const CanonicalProblem& canonical, Player player) const {
+    Index count = 0;
+    for (const Index i : each_variable(canonical)) {
+      const bool own = canonical.owned_by_max(i) == (player == Player::Max);
+      if (own && of[at(i)] == BoundClass::WeaklyActive) ++count;
+    }
+    return count;
+  }
   [[nodiscard]] BoundClass operator[](Index i) const { return of[at(i)]; }
   [[nodiscard]] int side_of(Index i) const { return side[at(i)]; }
   /// Distance to the bound meant, and its multiplier.
-  [[nodiscard]] double distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const;
+  [[nodiscard]] double distance(const CanonicalProblem& canonical, const Iterate& z,
+                                Index i) const {
+    return distance_to_bound(canonical, z.v, i, side_of(i));
+  }
   [[nodiscard]] double multiplier(const Iterate& z, Index i) const {
     return multiplier_of(z, i, side_of(i));
   }
 };
-
-/// Guesses the active set by z / s, scaled. A Newton step has to confirm it. A bound is weakly
-/// active if the ratio lies between 1 / strict_ratio and strict_ratio. A bound that is no farther
-/// than its relaxation is never inactive.
-void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
-                      const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
-                      ActiveBounds& set);
-/// Whether the distance to the bound is at most its relaxation, so that the model's own bound may
-/// be active.
-[[nodiscard]] bool within_relaxation(const CanonicalProblem& canonical, Index i, int side,
-                                     double distance, const SolverOptions& options);
 
 [[nodiscard]] inline bool is_slack(const CanonicalProblem& canonical, Index variable) {
   return canonical.x_slacks().contains(variable) || canonical.y_slacks().contains(variable);
@@ -86,7 +103,7 @@ void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& op
 /// visit(constraint, slack) for every inequality.
 template <class Visit>
 void for_each_slack(const CanonicalProblem& canonical, Visit&& visit) {
-  for (Index j = 0; j < canonical.constraints(); ++j) {
+  for (const Index j : each_constraint(canonical)) {
     if (canonical.slack_of(j) >= 0) visit(j, canonical.slack_of(j));
   }
 }
@@ -119,7 +136,24 @@ class ActiveSetSystem {
   /// system makes its own.
   ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
                   const ActiveBounds& its_set, const VariableScaling& its_scaling,
-                  const Evaluation& evaluation, ActiveSetArrays* arrays = nullptr);
+                  const Evaluation& evaluation, ActiveSetArrays* arrays = nullptr)
+      : canonical(its_canonical),
+        kkt(its_kkt),
+        set(its_set),
+        scaling(its_scaling),
+        arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
+    Evaluation& scaled = arrays_.scaled;
+    scaled = evaluation;
+    scaled.jacobian_call = scaled.hessian_call = 0;  // of no evaluation
+    for_each_in_hessian(canonical, scaled, [&](Index i, Index j, double& value) {
+      value *= scaling.variable[i] * scaling.variable[j];
+    });
+    for_each_in_jacobian(canonical, scaled, [&](Index row, Index col, double& value) {
+      value *= scaling.constraint[row] * scaling.variable[col];
+    });
+    arrays_.reduced = scaled;
+    arrays_.fixed.assign(at(canonical.variables()), false);
+  }
   ActiveSetSystem(const ActiveSetSystem&) = delete;
   ActiveSetSystem& operator=(const ActiveSetSystem&) = delete;
 

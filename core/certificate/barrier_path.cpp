@@ -50,8 +50,7 @@ bool identify_by_trend(const TestContext& c, const Iterate& before, const Iterat
   bool resolved = true;
   set.reset(c.canonical);
   for_each_bound(c.canonical, before.v, [&](Index i, int side, double distance) {
-    const double later =
-        side < 0 ? c.canonical.above_lower(i, after.v[i]) : c.canonical.below_upper(i, after.v[i]);
+    const double later = distance_to_bound(c.canonical, after.v, i, side);
     const auto change = [](double then, double now) {
       return (1.0 - now / then) / (1.0 - kDecrease);
     };
@@ -59,7 +58,7 @@ bool identify_by_trend(const TestContext& c, const Iterate& before, const Iterat
     const double weaker = change(multiplier_of(before, i, side), multiplier_of(after, i, side));
     const bool active = nearer >= kClearTrend && weaker <= 1.0 - kClearTrend;
     const bool inactive = weaker >= kClearTrend && nearer <= 1.0 - kClearTrend;
-    const bool relaxed = within_relaxation(c.canonical, i, side, later, c.options);
+    const bool relaxed = later <= 2.0 * relaxation_of(c.canonical, i, side, c.options);
     resolved = resolved && (active || inactive);
     set.include(i, side,
                 active                 ? BoundClass::Active
@@ -138,7 +137,7 @@ SecondOrder judge_barrier_problem(TestContext& c, TrialPoint& trial) {
   if (c.kkt.has_expected_inner_inertia(c.kkt.factorize_inner({.y = -spare})) &&
       c.kkt.has_expected_inertia(c.kkt.factorize({.x = -spare}))) {
     trial.margin = spare;
-    examine_unclear_curvature(c, &c.given.evaluation);
+    c.examine_curvature(c.given, c.given.iterate.lambda, nullptr, &c.given.evaluation);
     return barrier_newton_contracts(c, trial.mu) ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
   c.kkt.begin_pivoting();

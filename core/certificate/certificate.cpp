@@ -28,7 +28,7 @@ bool reaches_solution(TestContext& c, TrialPoint& trial) {
   if (is_near(c, given.v, trial.newton.end.v, trial.scaling, c.far())) return true;
   Iterate end = trial.newton.end;
   // As far as to the bounds that it ends at: then equations that are linear hold.
-  for (Index i = 0; i < end.v.size(); ++i) {
+  for (const Index i : indices(end.v)) {
     if (trial.set[i] != BoundClass::Active)
       end.v[i] = given.v[i] + kShareOfWay * (end.v[i] - given.v[i]);
   }
@@ -44,20 +44,20 @@ bool reaches_solution(TestContext& c, TrialPoint& trial) {
 FirstLook first_look(TestContext& c, TrialPoint& trial) {
   trial.scaling = variable_scaling(c.canonical, trial.point.iterate.v, trial.point.evaluation,
                                    c.arrays.scaling);
-  guess_active_set(c, trial);
+  guess_active_set(c, kStrictRatio, trial);
   if (!trial.set.is_clear(c.canonical)) return FirstLook::Unclear;
   ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation,
                          &c.arrays.system);
+  const Vector error = c.scaled_hessian_error(trial.scaling);
   double asked = std::max({kInTols * c.options.minmax_curvature_tol, c.margin(),
                            std::min(kInTols * c.options.tol, kMostFar)});
-  trial.test = second_order_test(system, c.scaled_hessian_error(trial.scaling), asked);
+  trial.test = second_order_test(system, error, asked);
   if (!trial.test.both()) {
     // Singular beside the margin, it is so without: gradients depend on each other.
     const KktFactors& last = trial.test.inner ? c.kkt.factors() : c.kkt.inner_factors();
     return last.status == FactorizationStatus::Singular ? FirstLook::Unclear : FirstLook::Wrong;
   }
-  if (!(std::max(trial.test.inner_response, trial.test.full_response) <= kIndependent))
-    return FirstLook::Unclear;
+  if (!(trial.test.response() <= kIndependent)) return FirstLook::Unclear;
   constexpr double kAccuracy = 1e-4;  // of the Newton step
   const double share = kAccuracy / std::max(1.0, trial.test.full_response);
   // Two references: more would be an allocation of std::function.
@@ -69,12 +69,12 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
   const double changes_by = max_norm(trial.newton.error);
   if (!(asked - changes_by >= c.margin())) {  // clear curvature is right beside that, too
     asked = kClearlyWrong * changes_by + c.margin();
-    trial.test = second_order_test(system, c.scaled_hessian_error(trial.scaling), asked);
+    trial.test = second_order_test(system, error, asked);
     if (!trial.test.both() || !gradients_hold(trial)) return FirstLook::Unclear;
   }
   trial.margin = asked - changes_by;
   if (!reaches_solution(c, trial)) return FirstLook::Far;
-  c.examine_curvature(trial.point, trial.point.iterate.lambda, trial.scaling, &system);
+  c.examine_curvature(trial.point, trial.point.iterate.lambda, &system);
   return FirstLook::Right;
 }
 
@@ -150,7 +150,7 @@ std::string disagreement(const CanonicalProblem& canonical, const Deviation& fou
 /// The certificate of a verdict about a trial.
 Certificate write(TestContext& c, const TrialPoint& trial, SecondOrder verdict, bool disagrees) {
   const auto independent = [&](Player player) {
-    const double response = std::max(trial.test.inner_response, trial.test.full_response);
+    const double response = trial.test.response();
     if (trial.dependences) return trial.dependences->independent(c.canonical, player);
     return c.canonical.constraints() == 0 || (trial.test.both() && response <= kIndependent);
   };
@@ -201,7 +201,7 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
     verdict = judge(c, trial, own);
     // Wrong second derivatives may be why nothing could be decided.
     if (verdict == SecondOrder::Undecided || verdict == SecondOrder::Flat)
-      examine_unclear_curvature(c, nullptr);
+      c.examine_curvature(point, point.iterate.lambda, nullptr);
   } catch (const std::bad_alloc&) {  // what was solved stays solved
     verdict = SecondOrder::Undecided;
     c.reasons.add(Kind::Effort, Player::Min, "the test ran out of memory");

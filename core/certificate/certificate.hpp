@@ -1,13 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
 #include "core/certificate/active_set.hpp"
 #include "core/certificate/dependence.hpp"
-#include "core/certificate/derivative_checks.hpp"
 #include "core/certificate/newton_step.hpp"
-#include "core/certificate/robust_rows.hpp"
+#include "core/differences/directional_check.hpp"
 #include "core/method/step_method.hpp"
 #include "core/model/parameters.hpp"
 #include "core/result.hpp"
@@ -56,6 +56,15 @@ struct InertiaTest {
   double inner_response = 0.0;
   double full_response = 0.0;
   [[nodiscard]] bool both() const { return inner && full; }
+  [[nodiscard]] double response() const { return std::max(inner_response, full_response); }
+};
+
+/// Inactive copies: copies of y that serve inactive robust constraints (CanonicalProblem::owners).
+/// Their values do not matter to x, and they have no curvature because lambda_r goes to 0. The test
+/// holds them and leaves out Max's rows on them.
+struct InactiveCopies {
+  std::vector<Index> variables;
+  std::vector<bool> rows;  ///< per canonical constraint, or empty
 };
 
 /// A point near the solution with a guess of its active set, and the results of the tests.
@@ -85,9 +94,22 @@ struct TrialPoint {
   std::optional<WrongCurvature> wrong{};
 
   /// Starts a trial at a point, without results. Arrays keep their memory.
-  void begin(const CanonicalProblem& canonical, const Point& here, double its_mu);
+  void begin(const CanonicalProblem& canonical, const Point& here, double its_mu) {
+    point = here;
+    mu = its_mu;
+    set.reset(canonical);
+    inactive = {};
+    test = {};
+    newton.clear();
+    inner.reset();
+    full.reset();
+    moved.reset();
+  }
   /// Holds the inactive copies and leaves out the rows on them.
-  void hold_inactive();
+  void hold_inactive() {
+    for (const Index i : inactive.variables) set.hold(i);
+    set.held_rows = inactive.rows;
+  }
 };
 
 /// What the second-order test found, and where.
@@ -101,6 +123,29 @@ struct Finding {
   /// values.
   std::optional<WrongCurvature> wrong;
   std::string remark;  ///< which entry of W is wrong; empty: none. Without line end
+};
+
+/// Direction of little curvature of both matrices, by two inverse iterations each, and an upper
+/// estimate of the least curvature, scaled.
+struct LittleCurvature {
+  Vector direction;  ///< canonical lengths; with a generic part, so that errors of all rows show
+  double least = 1.0;
+  Index variable = -1;  ///< canonical, the one that moves most along the least; -1: no factors
+};
+/// Work arrays of the following functions, kept from call to call.
+struct CurvatureArrays {
+  LittleCurvature found;
+  NewtonResidual rhs;
+  Step solution;
+  Vector step;
+  Eigen::ArrayXd largest;
+  std::vector<bool> held;  ///< variables at active bounds, and slacks
+  DifferenceArrays differences;
+};
+/// Work arrays of the check of a vertex.
+struct CornerArrays {
+  Vector here, there;  ///< gradients of the Lagrangian
+  Vector balanced, step, predicted, longest;
 };
 
 /// Work arrays of the test, kept from test to test.

@@ -1,7 +1,11 @@
 #include <algorithm>
+#include <cmath>
 
 #include "core/certificate/trial.hpp"
+#include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/products.hpp"
+#include "core/point/step_length.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -17,13 +21,143 @@ using Kind = CertificateReason::Kind;
 
 // --- What a trial is -----------------------------------------------------------------------------
 
+Vector sizes_of(const CanonicalProblem& canonical, const Point& point) {
+  return point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
+}
+
+/// What multipliers may be off by: residual of the gradient that they balance, and rounding of its
+/// terms, over the length of their row.
+Vector multiplier_error(const CanonicalProblem& canonical, const TrialPoint& trial,
+                        const Vector& lambda) {
+  const Evaluation& here = trial.point.evaluation;
+  Vector off = Vector::Zero(canonical.constraints()), length = off, left = here.gradient;
+  add_transposed_product(canonical, here, lambda, left);
+  for_each_in_jacobian(canonical, here, [&](Index row, Index col, double value) {
+    length[row] = std::max(length[row], std::abs(value));
+    if (value == 0.0 || trial.set[col] != BoundClass::Inactive) return;
+    off[row] = std::max(
+        {off[row], kResiduals * std::abs(left[col]), kRounding * std::abs(lambda[row] * value)});
+  });
+  return (length.array() > 0.0).select(off.array() / length.array(), 0.0);
+}
+
+/// Of W, scaled: that of differences, and what weakly active inequalities may give or not.
+Vector hessian_error_of(TestContext& c, const TrialPoint& trial) {
+  Vector error = c.scaled_hessian_error(trial.scaling);
+  Vector lambda = trial.point.iterate.lambda;
+  bool any = false;
+  for_each_slack(c.canonical, [&](Index j, Index slack) {
+    if (trial.set[slack] == BoundClass::Active) return;
+    any = any || trial.set[slack] == BoundClass::WeaklyActive;
+    lambda[j] = 0.0;
+  });
+  if (error.size() == 0) error.setZero(c.canonical.variables());
+  if (!any) return error;
+  Evaluation without = trial.point.evaluation;
+  if (c.canonical.second_derivatives(trial.point.iterate.v, lambda, without) !=
+      EvaluationStatus::Ok) {
+    return Vector::Constant(c.canonical.variables(), kInfinity);
+  }
+  for (const auto k : indices(without.hessian))
+    without.hessian[k] -= trial.point.evaluation.hessian[k];
+  add_row_sums(c.canonical, without.hessian, trial.scaling.variable, error);
+  return error;
+}
+
+/// Whether the gradient along Max's free variables vanishes at the end of the Newton step: no step
+/// takes the slope away of what f is linear in, and K with it is singular. Along a face of worst
+/// cases all that it is a sum of is rounding of other terms, over the variable's whole size.
+bool is_stationary_at_end(const CanonicalProblem& canonical, const TrialPoint& trial) {
+  const Point& point = trial.point;
+  const Iterate& end = trial.newton.end;
+  const Vector size = sizes_of(canonical, point);
+  Vector left = point.evaluation.gradient, terms = left.cwiseAbs();
+  add_hessian_product(canonical, point.evaluation, end.v - point.iterate.v, left);
+  add_transposed_product(canonical, point.evaluation,
+                         without_inactive(canonical, trial.set, end.lambda), left);
+  // What the gradient of L is a sum of.
+  for_each_in_hessian(canonical, point.evaluation, [&](Index i, Index j, double value) {
+    terms[i] += std::abs(value) * size[j];
+    if (i != j) terms[j] += std::abs(value) * size[i];
+  });
+  for_each_in_jacobian(canonical, point.evaluation, [&](Index row, Index col, double value) {
+    terms[col] += std::abs(value * point.iterate.lambda[row]);
+  });
+  const double none = kRounding * terms.cwiseProduct(size).maxCoeff();
+  for (const Index i : indices(canonical.y())) {
+    const double slope = std::abs(left[i]);
+    if (trial.set[i] == BoundClass::Inactive &&
+        !(slope <= kHardly * terms[i] || slope * size[i] <= none)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Takes the multipliers of inactive inequalities, which come from the barrier, out of W. False:
+/// the model is undefined.
+bool drop_inactive_multipliers(TestContext& c, TrialPoint& trial) {
+  const Iterate& z = trial.point.iterate;
+  const Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
+  return lambda == z.lambda || c.canonical.second_derivatives(
+                                   z.v, lambda, trial.point.evaluation) == EvaluationStatus::Ok;
+}
+
+/// Returns a scaling from certain entries of W and the Jacobian only: those that rounding of the
+/// variables, errors of the multipliers and the last Newton step change by less than their own
+/// size.
+VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
+  const Iterate& z = trial.point.iterate;
+  Evaluation certain = trial.point.evaluation, there = certain;
+  for (const auto k : indices(trial.newton.hessian_change)) {
+    if (std::abs(certain.hessian[k]) < kConfirmed * trial.newton.hessian_change[k])
+      certain.hessian[k] = 0.0;
+  }
+  Vector step = kRounding * sizes_of(c.canonical, trial.point);
+  keep_within_bounds(c.canonical, z.v, kLittle, step);
+  step += z.v;
+  Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
+  lambda += multiplier_error(c.canonical, trial, lambda);
+  if (c.canonical.first_derivatives(step, there) == EvaluationStatus::Ok &&
+      c.canonical.second_derivatives(step, without_inactive(c.canonical, trial.set, lambda),
+                                     there) == EvaluationStatus::Ok) {
+    const auto keep = [](const std::vector<double>& changed, std::vector<double>& values) {
+      for (const auto k : indices(values)) {
+        if (!(std::abs(changed[k] - values[k]) <= std::abs(values[k]))) values[k] = 0.0;
+      }
+    };
+    keep(there.hessian, certain.hessian);
+    keep(there.jacobian, certain.jacobian);
+  }
+  return variable_scaling(c.canonical, z.v, certain, c.arrays.scaling, trial.proximal > 0.0);
+}
+
+/// Computes the Newton step to the solution with the trial's active set. Sets converges, and error:
+/// the change of W over the step.
+void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system) {
+  system.assemble(ActiveSetSystem::kSufficient);
+  trial.error = hessian_error_of(c, trial);
+  Regularization shift;
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+    return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
+  };
+  trial.converges = newton_confirms(c, trial, system, solve);
+  if (trial.proximal > 0.0) {
+    if (!trial.converges) {  // to one of several solutions
+      shift.y = trial.proximal;
+      trial.converges = newton_confirms(c, trial, system, solve);
+    }
+    trial.converges = trial.converges && is_stationary_at_end(c.canonical, trial);
+  }
+  if (trial.newton.done) trial.error += trial.newton.error;
+}
+
 /// Whether the matrices are right for every W within the error, over the whole step.
 bool is_right(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
   here.test = second_order_test(system, here.error, c.margin(), here.proximal);
   if (!here.test.both() || !gradients_hold(here)) return false;
   c.examine_curvature(here.point,
-                      without_inactive(c.canonical, here.set, here.point.iterate.lambda),
-                      here.scaling, &system);
+                      without_inactive(c.canonical, here.set, here.point.iterate.lambda), &system);
   return true;
 }
 
@@ -35,7 +169,7 @@ void look_for_dependences(TestContext& c, TrialPoint& here, ActiveSetSystem& sys
 
 /// Independent Max gradients make the inner maximum follow x; a Min point needs none.
 bool independent_or_harmless(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
-  const double response = std::max(here.test.inner_response, here.test.full_response);
+  const double response = here.test.response();
   if (response <= kIndependent || c.canonical.constraints() == 0) return true;
   // What holds with rows that say nothing beside others holds without them.
   const bool known = here.dependences.has_value();
@@ -53,7 +187,7 @@ enum class Look : std::uint8_t { Right, Harmful, Unclear };
 /// Whether the sufficient conditions hold: Newton's method converges, and W changes by less than
 /// its curvature on the way.
 Look look_at(TestContext& c, TrialPoint& here) {
-  ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
+  ActiveSetSystem system = c.system_of(here);
   settle_active_set(c, here, system);
   if (!here.newton.released.empty()) return Look::Unclear;
   if (here.converges && is_right(c, here, system))
@@ -139,7 +273,7 @@ bool allow_other_answers(TestContext& c, TrialPoint& next) {
   constexpr double kEps = 1e-4;
   next.proximal = kEps;
   next.scaling = certain_scaling(c, next);
-  ActiveSetSystem system(c.canonical, c.kkt, next.set, next.scaling, next.point.evaluation);
+  ActiveSetSystem system = c.system_of(next);
   return !second_order_test(system, {}, c.margin(), 0.0, true).inner &&
          second_order_test(system, {}, c.margin(), next.proximal, true).inner;
 }
@@ -201,7 +335,7 @@ SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
   }
   trial.margin = c.margin();
   if (trial.proximal > 0.0) {
-    ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation);
+    ActiveSetSystem system = c.system_of(trial);
     measure_inertias(c, system, trial);
   }
   if (trial.unread.size() > 0) {
@@ -218,7 +352,7 @@ SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
 /// False: it leaves the bounds.
 bool change_set(TestContext& c, TrialPoint& here) {
   Iterate& end = here.newton.end;
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
+  for (const Index i : each_variable(c.canonical)) {
     const int side = here.set.side_of(i);
     if (side == 0) continue;
     const double distance = here.set.distance(c.canonical, here.point.iterate, i);
@@ -242,7 +376,7 @@ bool change_set(TestContext& c, TrialPoint& here) {
 /// Whether bounds are clearly what they were guessed to be: of a weakly active one nothing but
 /// rounding would be left at the end.
 bool guess_holds(const TestContext& c, const TrialPoint& here) {
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
+  for (const Index i : each_variable(c.canonical)) {
     if (here.set.side_of(i) == 0 || here.set[i] == BoundClass::WeaklyActive) continue;
     const auto left = [&](const Iterate& z) {
       return here.set[i] == BoundClass::Active ? here.set.multiplier(z, i)
@@ -258,15 +392,14 @@ bool guess_holds(const TestContext& c, const TrialPoint& here) {
 /// Empty: not all is right with such a set, and nothing is concluded.
 std::optional<TrialPoint> with_guessed_set(TestContext& c) {
   TrialPoint here = trial_at_given(c);
-  guess_active_set(c.canonical, c.options, c.given.iterate, here.scaling, 1.0, here.set);
-  here.hold_inactive();
+  guess_active_set(c, 1.0, here);
   // Of Max those no farther than what they were relaxed by stay weakly active.
   if (here.set.weak(c.canonical, Player::Min) > 0 || here.set.exceeds_variables(c.canonical) ||
       !take_up_set(c, here)) {
     return {};
   }
   for (int steps = 0; c.may_factorize(kToConfirm);) {
-    ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
+    ActiveSetSystem system = c.system_of(here);
     settle_active_set(c, here, system);
     if (!here.newton.released.empty()) {
       if (!release_bounds(c, here)) return {};

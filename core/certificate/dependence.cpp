@@ -36,7 +36,7 @@ struct DependenceSearch {
     std::ranges::fill(rows.hessian, 0.0);
     if (!canonical.has_copies()) return;
     row_jacobian(canonical, point.iterate, point.evaluation, rows.jacobian);
-    for_each_entry(canonical.jacobian(), rows.jacobian, [&](Index row, Index col, double& value) {
+    for_each_in_jacobian(canonical, rows, [&](Index row, Index col, double& value) {
       value *= system.scaling.constraint[row] * system.scaling.variable[col];
     });
   }
@@ -50,7 +50,7 @@ struct DependenceSearch {
     for (const auto& [row, col] : canonical.jacobian()) {
       if (canonical.min_constraints().contains(row) && !same_owner(row, col)) least[row] = 0.0;
     }
-    for_each_entry(canonical.jacobian(), rows.jacobian, [&](Index row, Index col, double& value) {
+    for_each_in_jacobian(canonical, rows, [&](Index row, Index col, double& value) {
       if (!system.counts(row) || !same_owner(row, col)) value = 0.0;
       if (std::abs(value) > kZero * least[row]) vanishes[at(row)] = false;
       all[row] += value * value;
@@ -58,13 +58,13 @@ struct DependenceSearch {
       free[row] += value * value;
     });
     factor.setOnes(canonical.constraints());
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       const double length = std::sqrt(free[j]);
       const bool none = length <= kDependent * std::max(std::sqrt(all[j]), least[j]);
       factor[j] = none ? 0.0 : 1.0 / length;
     }
-    for_each_entry(canonical.jacobian(), rows.jacobian,
-                   [&](Index row, Index, double& value) { value *= factor[row]; });
+    for_each_in_jacobian(canonical, rows,
+                         [&](Index row, Index, double& value) { value *= factor[row]; });
     factor = (factor.array() == 0.0).select(1.0, factor);
   }
 
@@ -91,7 +91,7 @@ struct DependenceSearch {
     Step step = zero_step(canonical);
     const auto number = static_cast<int>(null.size());
     w.setZero(canonical.constraints());
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       if (system.counts(j)) w[j] = std::sin(1.0 + number + 1.7 * (number + 1) * j);
     }
     const auto orthogonalize = [&] {
@@ -106,7 +106,7 @@ struct DependenceSearch {
       // Its accuracy is that of the null vector, which is tested.
       static_cast<void>(system.kkt.solve(rows, rhs, step, kUnrefined));
       w = step.lambda;
-      for (Index j = 0; j < w.size(); ++j) {
+      for (const Index j : indices(w)) {
         if (!system.counts(j)) w[j] = 0.0;
       }
       orthogonalize();
@@ -153,10 +153,9 @@ struct DependenceSearch {
   /// Rounding of the combination of constraints at v.
   double size_of(const Vector& weights, const Vector& v) const {
     double size = 0.01 * weights.lpNorm<1>();
-    for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
-                   [&](Index row, Index col, double value) {
-                     size += std::abs(weights[row] * value * v[col]);
-                   });
+    for_each_in_jacobian(canonical, point.evaluation, [&](Index row, Index col, double value) {
+      size += std::abs(weights[row] * value * v[col]);
+    });
     return size;
   }
 
@@ -167,7 +166,7 @@ struct DependenceSearch {
     add_transposed_product(canonical, point.evaluation, weights, slope);
     for_each_slack(canonical, [&](Index j, Index slack) { slope[slack] -= weights[j]; });
     double at_bounds = value, allowed = kConstant * size_of(weights, here);
-    for (Index i = 0; i < slope.size(); ++i) {
+    for (const Index i : indices(slope)) {
       const int side = system.set.side_of(i);
       if (!system.is_fixed(i) || slope[i] == 0.0 || side == 0) continue;
       at_bounds += slope[i] * side * system.set.distance(canonical, point.iterate, i);
@@ -181,7 +180,7 @@ struct DependenceSearch {
   Vector moved(int trial, double length, bool of_max) const {
     const double size = std::max(1.0, longest(canonical, here, system.scaling));
     Vector v = here;
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       const bool held = system.is_fixed(i) && (canonical.owned_by_max(i) || !of_max);
       if (held || is_slack(canonical, i)) continue;
       const double most =
@@ -253,7 +252,7 @@ struct DependenceSearch {
   Dependences run() {
     Dependences answer;
     Index counted = 0;
-    for (Index j = 0; j < canonical.constraints(); ++j) counted += system.counts(j) ? 1 : 0;
+    for (const Index j : each_constraint(canonical)) counted += system.counts(j) ? 1 : 0;
     // Rows beyond the number of variables depend on others.
     const Index variables = canonical.x().size() + canonical.y().size();
     constexpr Index kLeastCombinations = 16;
@@ -275,18 +274,6 @@ struct DependenceSearch {
 };
 
 }  // namespace
-
-bool Dependences::independent(const CanonicalProblem& canonical, Player player) const {
-  return complete && std::ranges::none_of(found, [&](const Dependence& d) {
-           return canonical.max_constraints().contains(d.row) == (player == Player::Max);
-         });
-}
-
-std::vector<bool> Dependences::redundant(const CanonicalProblem& canonical) const {
-  std::vector<bool> rows(at(canonical.constraints()), false);
-  for (const Dependence& dependence : found) rows[at(dependence.row)] = dependence.identical;
-  return rows;
-}
 
 Dependences find_dependences(TestContext& c, ActiveSetSystem& system, const Point& point) {
   return DependenceSearch{c, system, point}.run();

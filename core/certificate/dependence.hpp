@@ -1,9 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
-#include "core/point/point.hpp"
 
 namespace ipminmax {
 
@@ -23,9 +23,17 @@ struct Dependence {
 struct Dependences {
   std::vector<Dependence> found;
   bool complete = true;  ///< false: there may be more
-  [[nodiscard]] bool independent(const CanonicalProblem& canonical, Player player) const;
+  [[nodiscard]] bool independent(const CanonicalProblem& canonical, Player player) const {
+    return complete && std::ranges::none_of(found, [&](const Dependence& d) {
+             return canonical.max_constraints().contains(d.row) == (player == Player::Max);
+           });
+  }
   /// Per constraint: whether it is redundant, so that the model without it is the same.
-  [[nodiscard]] std::vector<bool> redundant(const CanonicalProblem& canonical) const;
+  [[nodiscard]] std::vector<bool> redundant(const CanonicalProblem& canonical) const {
+    std::vector<bool> rows(at(canonical.constraints()), false);
+    for (const Dependence& dependence : found) rows[at(dependence.row)] = dependence.identical;
+    return rows;
+  }
 };
 
 }  // namespace ipminmax

@@ -14,20 +14,20 @@ namespace {
 using namespace parameters::certificate;
 
 /// Adds a direction of little curvature of one player to the one found, the other one answering.
-void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
-                          const Evaluation& assembled, bool inner, CurvatureArrays& arrays) {
+void add_little_curvature(TestContext& c, const Evaluation& assembled, bool inner) {
+  CurvatureArrays& arrays = c.arrays.curvature;
   LittleCurvature& found = arrays.found;
-  const IndexRange own = inner ? canonical.y() : canonical.x();
+  const IndexRange own = inner ? c.canonical.y() : c.canonical.x();
   if (own.size() == 0) return;
-  set_zero(canonical, arrays.rhs);
-  set_zero(canonical, arrays.solution);
+  set_zero(c.canonical, arrays.rhs);
+  set_zero(c.canonical, arrays.solution);
   // Of these solutions only the size and the direction matter, and the factors have been tested.
   const auto solve = [&](const NewtonResidual& rhs, Step& step) {
-    return inner ? kkt.solve_inner(assembled, rhs, step, kUnrefined)
-                 : kkt.solve(assembled, rhs, step, kUnrefined);
+    return inner ? c.kkt.solve_inner(assembled, rhs, step, kUnrefined)
+                 : c.kkt.solve(assembled, rhs, step, kUnrefined);
   };
   const auto prepare = [&](Vector& d) {
-    for (Index i = 0; i < d.size(); ++i) {
+    for (const Index i : indices(d)) {
       if (arrays.held[at(i)]) d[i] = 0.0;
     }
   };
@@ -70,10 +70,9 @@ struct CornerCheck {
   /// f(row, col, entry) of active inequalities.
   template <class Visit>
   void for_each_active(Visit&& visit) const {
-    for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
-                   [&](Index row, Index col, double value) {
-                     if (is_active_row(row)) visit(row, col, value);
-                   });
+    for_each_in_jacobian(canonical, point.evaluation, [&](Index row, Index col, double value) {
+      if (is_active_row(row)) visit(row, col, value);
+    });
   }
 
   /// Whether curvature says something of a player: he has more variables, but for free ones that
@@ -81,16 +80,14 @@ struct CornerCheck {
   bool has_free_variable(bool of_max) const {
     Vector& read = arrays.step;
     read.setZero(canonical.variables());
-    for_each_entry(canonical.hessian(), point.evaluation.hessian,
-                   [&](Index i, Index j, double value) {
-                     if (value != 0.0) read[i] = read[j] = 1.0;
-                   });
-    for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
-                   [&](Index, Index col, double value) {
-                     if (value != 0.0) read[col] = 1.0;
-                   });
+    for_each_in_hessian(canonical, point.evaluation, [&](Index i, Index j, double value) {
+      if (value != 0.0) read[i] = read[j] = 1.0;
+    });
+    for_each_in_jacobian(canonical, point.evaluation, [&](Index, Index col, double value) {
+      if (value != 0.0) read[col] = 1.0;
+    });
     Index free = 0;
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (canonical.owned_by_max(i) != of_max) continue;
       const bool active = set[i] == BoundClass::Active;
       if (is_slack(canonical, i)) {
@@ -110,7 +107,7 @@ struct CornerCheck {
     for_each_active([&](Index row, Index col, double value) {
       balanced[col] = std::max(balanced[col], std::abs(point.iterate.lambda[row] * value));
     });
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (!is_active(i)) continue;
       off = std::max(off, (set.distance(canonical, point.iterate, i) +
                            relaxation_of(canonical, i, set.side_of(i), c.options)) /
@@ -132,7 +129,7 @@ struct CornerCheck {
     step.setZero(canonical.variables());
     longest.setZero(canonical.constraints());
     const auto next = [&] { return turn++ % 2 == 0 ? 1.0 : kShort; };
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (is_active(i) && !is_slack(canonical, i) && canonical.owned_by_max(i) == of_max)
         step[i] = -set.side_of(i) * reach(i) * next();
     }
@@ -166,7 +163,7 @@ struct CornerCheck {
     predicted.setZero(step.size());
     add_hessian_product(canonical, point.evaluation, step, predicted);
     double shorter = 1.0;
-    for (Index i = 0; i < step.size(); ++i) {
+    for (const Index i : indices(step)) {
       const double most = kLittle * balanced[i];
       if (is_tested(i) && std::abs(predicted[i]) > most)
         shorter = std::min(shorter, most / std::abs(predicted[i]));
@@ -177,7 +174,7 @@ struct CornerCheck {
     if (canonical.first_derivatives(change, scratch) != EvaluationStatus::Ok) return -1;
     take_gradient(scratch, change);
     change -= arrays.here;
-    for (Index i = 0; i < step.size(); ++i) {
+    for (const Index i : indices(step)) {
       if (!is_tested(i)) continue;
       // Of a bound's multiplier what it gains is no matter.
       const double lost =
@@ -188,39 +185,51 @@ struct CornerCheck {
   }
 };
 
-}  // namespace
-
-void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
-                           const VariableScaling& scaling, const Evaluation* assembled,
-                           bool is_scaled, CurvatureArrays& arrays) {
-  LittleCurvature& found = arrays.found;
-  found.direction.setZero(canonical.variables());
-  found.least = 1.0;
-  found.variable = -1;
-  for (const bool inner : {false, true}) {
-    if (assembled) add_little_curvature(canonical, kkt, *assembled, inner, arrays);
-  }
-  for (Index i = 0; i < canonical.variables(); ++i) {
-    if (!arrays.held[at(i)]) found.direction[i] += generic_entry(i);
-  }
-  if (is_scaled) found.direction.array() *= scaling.variable.array();
-}
-
-std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
-                                        const Vector& lambda, const VariableScaling& scaling,
-                                        CurvatureArrays& arrays) {
+/// Compares W with a difference of gradients along the direction of little curvature, to a tenth of
+/// that curvature. Returns the row of W that disagrees most; empty: none, or the model is undefined
+/// on both sides of the point. lambda: for which W was evaluated.
+std::optional<Deviation> find_wrong_row(TestContext& c, const Point& point, const Vector& lambda,
+                                        const VariableScaling& scaling) {
+  CurvatureArrays& arrays = c.arrays.curvature;
   const LittleCurvature& curvature = arrays.found;
   const double longest = max_norm(curvature.direction.cwiseQuotient(scaling.variable));
   if (!(longest > 0.0)) return std::nullopt;
-  const double size = ipminmax::longest(canonical, point.iterate.v, scaling);
+  const double size = ipminmax::longest(c.canonical, point.iterate.v, scaling);
   Vector& step = arrays.step;
   step = (kHardly + kRootOfRounding * size) / longest * curvature.direction;
   arrays.largest = kMostFar * point.iterate.v.array().abs().max(1.0);
   step.array() = step.array().max(-arrays.largest).min(arrays.largest);
-  keep_within_bounds(canonical, point.iterate.v, kLittle, step);
+  keep_within_bounds(c.canonical, point.iterate.v, kLittle, step);
   return compare_second_derivatives(
-      canonical, point.iterate.v, lambda, point.evaluation, step, scaling.variable,
+      c.canonical, point.iterate.v, lambda, point.evaluation, step, scaling.variable,
       std::clamp(kLittle * curvature.least, kLeastError, kLargestError), arrays.differences);
+}
+
+}  // namespace
+
+void TestContext::examine_curvature(const Point& point, const Vector& lambda,
+                                    const ActiveSetSystem* system, const Evaluation* assembled) {
+  const VariableScaling& scaling =
+      system ? system->scaling
+             : variable_scaling(canonical, point.iterate.v, point.evaluation, arrays.scaling);
+  CurvatureArrays& work = arrays.curvature;
+  work.held.resize(at(canonical.variables()));
+  for (const Index i : each_variable(canonical))
+    work.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
+  Vector& direction = work.found.direction;
+  direction.setZero(canonical.variables());
+  work.found.least = 1.0;
+  work.found.variable = -1;
+  if (system) assembled = &system->assembled();
+  for (const bool inner : {false, true}) {
+    if (assembled) add_little_curvature(*this, *assembled, inner);
+  }
+  for (const Index i : each_variable(canonical)) {
+    if (!work.held[at(i)]) direction[i] += generic_entry(i);
+  }
+  if (system) direction.array() *= scaling.variable.array();
+  // Differences have errors of their own, which the tests allow for.
+  if (!hessian_error) wrong_row = find_wrong_row(*this, point, lambda, scaling);
 }
 
 Index multiplier_lost_inside(TestContext& c, const TrialPoint& trial, const Point& point) {

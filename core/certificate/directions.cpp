@@ -63,7 +63,7 @@ struct DirectionSearch {
       return system.solve(inner, right, solution);
     };
     const auto prepare = [&](Vector& d) {
-      for (Index i = 0; i < d.size(); ++i) {
+      for (const Index i : indices(d)) {
         if (!system.is_free(i)) d[i] = 0.0;
       }
       for (const Vector& other : found) d -= part(other).dot(part(d)) * other;
@@ -89,11 +89,10 @@ struct DirectionSearch {
   /// A scaled direction as a step of canonical variables; slacks of open inequalities move along.
   Vector step_along(const Vector& direction) const {
     Vector step = direction.cwiseProduct(system.scaling.variable);
-    for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
-                   [&](Index row, Index col, double value) {
-                     const Index slack = canonical.slack_of(row);
-                     if (slack >= 0 && !system.is_fixed(slack)) step[slack] += value * step[col];
-                   });
+    for_each_in_jacobian(canonical, point.evaluation, [&](Index row, Index col, double value) {
+      const Index slack = canonical.slack_of(row);
+      if (slack >= 0 && !system.is_fixed(slack)) step[slack] += value * step[col];
+    });
     return step;
   }
 
@@ -118,7 +117,7 @@ struct DirectionSearch {
   /// f with what the violation left over is worth.
   double lagrangian(const Evaluation& evaluation) const {
     double value = evaluation.f;
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       if (system.counts(j)) value += point.iterate.lambda[j] * evaluation.c[j];
     }
     return value;
@@ -131,17 +130,16 @@ struct DirectionSearch {
   /// Of the constraints and the stationarity of those who answer, negative, scaled.
   NewtonResidual residual_of(const Moved& trial) const {
     NewtonResidual rhs = zero_step(canonical);
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       if (corrects(j)) rhs.lambda[j] = -system.scaling.constraint[j] * trial.evaluation.c[j];
     }
     if (inner && !stationary) return rhs;
     Vector gradient = trial.evaluation.gradient;
-    for_each_entry(canonical.jacobian(), trial.evaluation.jacobian,
-                   [&](Index row, Index col, double value) {
-                     if (system.counts(row) || system.set.is_redundant(row))
-                       gradient[col] += value * trial.lambda[row];
-                   });
-    for (Index i = 0; i < gradient.size(); ++i) {
+    for_each_in_jacobian(canonical, trial.evaluation, [&](Index row, Index col, double value) {
+      if (system.counts(row) || system.set.is_redundant(row))
+        gradient[col] += value * trial.lambda[row];
+    });
+    for (const Index i : indices(gradient)) {
       const bool answers = canonical.y().contains(i) || (!inner && stationary);
       if (answers && system.is_free(i)) rhs.v[i] = -system.scaling.variable[i] * gradient[i];
     }
@@ -160,7 +158,7 @@ struct DirectionSearch {
     for (Index i = inner ? own.begin : 0; i < canonical.variables(); ++i) {
       if (system.is_free(i)) trial.v[i] += system.scaling.variable[i] * step.v[i];
     }
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       if (corrects(j)) trial.lambda[j] += system.scaling.constraint[j] * step.lambda[j];
     }
     return evaluate(trial);
@@ -257,7 +255,7 @@ struct DirectionSearch {
     Vector change = Vector::Zero(step.size());
     add_hessian_product(canonical, point.evaluation, step, change);
     double sum = 0.0;
-    for (Index i = 0; i < step.size(); ++i) {
+    for (const Index i : indices(step)) {
       const int side = system.set.side_of(i);
       if (system.is_fixed(i) && side != 0)
         sum += std::abs(change[i]) * relaxation_of(canonical, i, side, c.options);
@@ -323,11 +321,9 @@ struct DirectionSearch {
   }
 
   FlatDirections look_for_flat(double margin) {
-    FlatDirections flat;
     collect(margin);
-    if (found.empty()) return flat;
-    flat.verdict = FlatDirections::Verdict::Flat;
-    flat.direction = step_along(found.front());
+    if (found.empty()) return {};
+    FlatDirections answer{true, step_along(found.front())};
     std::vector<Vector> tried = {found.front()};
     if (found.size() > 1) {  // all together, as each costs evaluations
       tried.push_back(Vector::Zero(canonical.variables()));
@@ -337,21 +333,17 @@ struct DirectionSearch {
     for (const Vector& direction : tried) {
       const double size = direction.squaredNorm(), bend = curvature(direction);
       double own_curvature = 0.0;  // what the variables alone would have
-      for_each_entry(canonical.hessian(), system.assembled().hessian,
-                     [&](Index i, Index j, double value) {
-                       if (i == j) own_curvature += std::abs(value) * direction[i] * direction[i];
-                     });
+      for_each_in_hessian(canonical, system.assembled(), [&](Index i, Index j, double value) {
+        if (i == j) own_curvature += std::abs(value) * direction[i] * direction[i];
+      });
       // Beside x, an answer of Max is as good where it is better than those next to it.
       const bool none = std::abs(bend) <= kHardly * own_curvature + kRounding * size ||
                         (inner && canonical.x().size() > 0 && bend < 0.0);
       const Vector step = step_along(direction);
       if ((none || bend <= margin * size) && is_flat(step, bend) && none) continue;
-      flat.verdict = FlatDirections::Verdict::Neither;
-      flat.descent = std::move(descent);
-      flat.direction = step;
-      break;
+      return {false, step, std::move(descent)};
     }
-    return flat;
+    return answer;
   }
 };
 

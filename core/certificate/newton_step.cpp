@@ -3,7 +3,6 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/model/products.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -32,19 +31,19 @@ struct ActiveSetNewton {
   /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
   bool solve_scaled(Vector& v, Vector& lambda) {
     NewtonResidual& rhs = system.rhs();
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (system.is_free(i)) rhs.v[i] = scaling.variable[i] * -work.row_v[i];
     }
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       if (system.counts(j)) rhs.lambda[j] = scaling.constraint[j] * -work.row_c[j];
     }
     if (!solve(rhs, system.step())) return false;
     v = system.step().v.cwiseProduct(scaling.variable);
     lambda = system.step().lambda.cwiseProduct(scaling.constraint);
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (!system.is_free(i)) v[i] = 0.0;
     }
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       if (!system.counts(j)) lambda[j] = 0.0;
     }
     return v.allFinite() && lambda.allFinite();
@@ -52,12 +51,12 @@ struct ActiveSetNewton {
 
   bool first_step() {
     work.lambda = iterate.lambda;
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       if (!system.counts(j) && !set.is_redundant(j)) work.lambda[j] = 0.0;
     }
     Vector& fixed = work.fixed;
     fixed.setZero(canonical.variables());
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       if (system.is_fixed(i) && set.side_of(i) != 0)
         fixed[i] = set.side_of(i) * set.distance(canonical, iterate, i);
     }
@@ -90,7 +89,7 @@ struct ActiveSetNewton {
 
   /// test.changing: the first bound whose class the step changes.
   void look_at_set() {
-    for (Index i = 0; i < canonical.variables(); ++i) {
+    for (const Index i : each_variable(canonical)) {
       const int side = set.side_of(i);
       if (side == 0 || !system.is_fixed(i)) continue;
       const double before = set.multiplier(iterate, i);
@@ -123,7 +122,7 @@ struct ActiveSetNewton {
     bool decides = false;  // a bound of a variable without curvature
     // Curvature of its own, of its owner's sign, makes a variable's best value one, whatever its
     // multiplier is.
-    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+    for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
       if (i == j) curvature[i] += canonical.sign(i) * value;
     });
     curvature = curvature.cwiseMax(0.0);
@@ -148,7 +147,7 @@ struct ActiveSetNewton {
     if (!decides) return;
     Vector& moved = work.change_v;  // of the gradient, by those that no bound holds
     moved.setZero(canonical.variables());
-    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+    for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
       moved[i] += std::abs(value) * outside[j];
       if (i != j) moved[j] += std::abs(value) * outside[i];
     });
@@ -180,7 +179,7 @@ struct ActiveSetNewton {
   void choose_trial() {
     const double size = std::max(length(iterate.v), kInTols);
     work.trial = work.dv;
-    for (Index i = 0; i < work.trial.size(); ++i) {
+    for (const Index i : indices(work.trial)) {
       if (system.is_fixed(i)) {
         work.trial[i] *= kShareOfWay;
       } else if (!is_slack(canonical, i)) {
@@ -206,7 +205,7 @@ struct ActiveSetNewton {
     Evaluation& there = work.there;
     Vector& probed = work.probed;
     probed = work.trial_lambda;
-    for (Index j = 0; j < probed.size(); ++j)
+    for (const Index j : indices(probed))
       probed[j] += (work.dlambda[j] < 0.0 ? -kRelaxation : kRelaxation) * std::abs(probed[j]);
     there = evaluation;
     if (canonical.constraints(work.trial_v, there.c) != EvaluationStatus::Ok ||
@@ -250,14 +249,14 @@ struct ActiveSetNewton {
   /// no other W.
   void look_at_other_side() {
     bool is_there = false;
-    for (Index i = 0; i < work.trial.size(); ++i) {
+    for (const Index i : indices(work.trial)) {
       is_there = is_there || (system.is_free(i) &&
                               std::abs(work.dv[i]) <= kStepIsRounding * std::abs(work.trial[i]));
     }
     if (!is_there) return;
     Vector& v = work.change_v;
     v = work.trial_v;
-    for (Index i = 0; i < v.size(); ++i) {
+    for (const Index i : indices(v)) {
       if (!system.is_fixed(i)) v[i] = iterate.v[i] - work.trial[i] + 2.0 * work.dv[i];
     }
     work.end = evaluation;
@@ -293,7 +292,7 @@ struct ActiveSetNewton {
   /// relaxed by moves inequalities about as far as the trial point.
   void measure_turn() {
     double share = 0.0;  // the Newton step, with its rounding, over the step that is tried
-    for (Index i = 0; i < work.trial.size(); ++i) {
+    for (const Index i : indices(work.trial)) {
       if (!system.is_free(i) || work.trial[i] == 0.0) continue;
       const double step = std::abs(work.dv[i]) + kRounding * std::abs(iterate.v[i]);
       share = std::max(share, step / std::abs(work.trial[i]));
@@ -321,14 +320,13 @@ struct ActiveSetNewton {
     Iterate& z = test.end;
     z = iterate;
     z.v += work.dv;
-    for (Index i = 0; i < work.dv.size(); ++i) {
+    for (const Index i : indices(work.dv)) {
       if (system.is_fixed(i)) z.v[i] = iterate.v[i] + kShareOfWay * work.dv[i];
     }
     z.lambda = work.lambda + work.dlambda;
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double before) {
       double& multiplier = multiplier_of(z, i, side);
-      const double after =
-          side < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);
+      const double after = distance_to_bound(canonical, z.v, i, side);
       constexpr double kKept = 1e-3;  // of a multiplier that would change its sign
       if (system.is_fixed(i) && set.side_of(i) == side) {
         multiplier = std::max(-side * canonical.sign(i) * work.gradient[i], kKept * multiplier);
@@ -340,15 +338,6 @@ struct ActiveSetNewton {
 };
 
 }  // namespace
-
-void NewtonTest::clear() {
-  done = set_holds = false;
-  released.clear();
-  hessian_change.clear();
-  error.setZero();
-  contraction = step = turn = inner_turn = 0.0;
-  changing = left_in = turning = -1;
-}
 
 bool newton_confirms(TestContext& c, TrialPoint& trial, ActiveSetSystem& system,
                      const KktSolve& solve) {

@@ -3,7 +3,6 @@
 #include <functional>
 
 #include "core/certificate/active_set.hpp"
-#include "core/options.hpp"
 #include "core/point/point.hpp"
 
 namespace ipminmax {
@@ -32,7 +31,14 @@ struct NewtonTest {
   Iterate end;
 
   /// Clears the result. Arrays keep their memory.
-  void clear();
+  void clear() {
+    done = set_holds = false;
+    released.clear();
+    hessian_change.clear();
+    error.setZero();
+    contraction = step = turn = inner_turn = 0.0;
+    changing = left_in = turning = -1;
+  }
 };
 
 /// Work arrays of newton_confirms, kept from call to call.

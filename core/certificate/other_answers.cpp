@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <vector>
 
 #include "core/certificate/trial.hpp"
@@ -17,12 +16,11 @@ struct TiedVariables {
   TiedVariables(const CanonicalProblem& canonical, const ActiveSetSystem& system, bool by_value)
       : free(at(canonical.variables()), false), tied(free), curved(free) {
     for (const Index i : indices(canonical.y())) free[at(i)] = !system.is_fixed(i);
-    for_each_entry(canonical.hessian(), system.derivatives().hessian,
-                   [&](Index i, Index j, double value) {
-                     if (!free[at(i)] || !free[at(j)] || (by_value && value == 0.0)) return;
-                     tied[at(i)] = tied[at(j)] = true;
-                     if (i == j) curved[at(i)] = true;
-                   });
+    for_each_in_hessian(canonical, system.derivatives(), [&](Index i, Index j, double value) {
+      if (!free[at(i)] || !free[at(j)] || (by_value && value == 0.0)) return;
+      tied[at(i)] = tied[at(j)] = true;
+      if (i == j) curved[at(i)] = true;
+    });
   }
 };
 
@@ -43,7 +41,7 @@ bool by_structure(TestContext& c, const TrialPoint& trial, ActiveSetSystem& syst
   }
   ActiveSetSystem rest(c.canonical, c.kkt, set, trial.scaling, trial.point.evaluation);
   const InertiaTest test = second_order_test(rest, trial.error, c.margin(), 0.0, true);
-  return test.inner && test.inner_response <= parameters::certificate::kIndependent;
+  return test.inner && test.inner_response <= kIndependent;
 }
 
 /// Whether W ties one of Max's free variables, which no row that counts reads, to another one but
@@ -66,10 +64,10 @@ bool maximizes_weakly_at(TestContext& c, Point point, const TrialPoint& trial) {
   const bool shown = by_structure(c, trial, system);
   if (!shown && (trial.set.weak(c.canonical, Player::Max) > 0 || is_saddle(c.canonical, system)))
     return false;
-  const FlatDirections flat = find_flat_directions(c, system, point, c.margin(), Player::Max);
-  if (!shown && flat.verdict != FlatDirections::Verdict::Flat) return false;
-  if (flat.direction.size() > 0) {
-    c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, flat.direction,
+  const FlatDirections found = find_flat_directions(c, system, point, c.margin(), Player::Max);
+  if (!shown && !found.flat) return false;
+  if (found.direction.size() > 0) {
+    c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, found.direction,
                             "y is best but not unique: as good along");
   }
   return true;
@@ -98,7 +96,7 @@ bool is_unread(const TestContext& c, const ActiveSetSystem& system, const TrialP
       terms[row] += std::abs(value);
     };
     for (Index i = 0; i < n; ++i) add(m, there.gradient[i] * step[i]);
-    for_each_entry(canonical.jacobian(), there.jacobian, [&](Index row, Index col, double value) {
+    for_each_in_jacobian(canonical, there, [&](Index row, Index col, double value) {
       const Index slack = canonical.slack_of(row);
       if (slack < 0 || system.is_fixed(slack)) add(row, value * step[col]);
     });
@@ -110,7 +108,7 @@ bool is_unread(const TestContext& c, const ActiveSetSystem& system, const TrialP
 }  // namespace
 
 bool hold_unread(TestContext& c, TrialPoint& next) {
-  ActiveSetSystem system(c.canonical, c.kkt, next.set, next.scaling, next.point.evaluation);
+  ActiveSetSystem system = c.system_of(next);
   std::vector<Vector> found = find_uncurved_directions(c, system, next);
   const IndexRange x = c.canonical.x();
   std::vector<Index> held;

@@ -41,24 +41,23 @@ void Reasons::add_about(Kind kind, Index i, const std::string& before, const std
     return add_about_row(kind, static_cast<Index>(row - slack_of.begin()), before, after);
   const Player player = player_of(canonical_.owned_by_max(i));
   const Index variable = canonical_.model_variable(i);
-  add({.kind = kind,
-       .player = player,
-       .text = before + canonical_.variable_name(variable) + in_brackets(player) + after,
-       .variables = {variable}});
+  add({kind,
+       player,
+       before + canonical_.variable_name(variable) + in_brackets(player) + after,
+       {variable},
+       {}});
 }
 
 void Reasons::add_about_row(Kind kind, Index j, const std::string& before,
                             const std::string& after) {
   const Player player = player_of(canonical_.max_constraints().contains(j));
-  CertificateReason reason{.kind = kind,
-                           .player = player,
-                           .text = before + name_of_row(j) + in_brackets(player) + after};
+  CertificateReason reason{kind, player, before + name_of_row(j) + in_brackets(player) + after};
   if (const Index row = canonical_.model_constraint(j); row >= 0) reason.constraints = {row};
   add(std::move(reason));
 }
 
 void Reasons::add_weakly_active(const ActiveBounds& set) {
-  for (Index i = 0; i < canonical_.variables(); ++i) {
+  for (const Index i : each_variable(canonical_)) {
     if (set[i] != BoundClass::WeaklyActive) continue;
     const std::string side = set.side_of(i) < 0 ? "lower" : "upper";
     add_about(Kind::WeaklyActive, i, "weakly active: the " + side + " bound of ",
@@ -69,12 +68,12 @@ void Reasons::add_weakly_active(const ActiveBounds& set) {
 void Reasons::add_dependences(const Dependences& dependences) {
   for (const Dependence& dependence : dependences.found) {
     const Player player = player_of(canonical_.max_constraints().contains(dependence.row));
-    CertificateReason reason{
-        .kind = dependence.vanishing ? Kind::VanishingGradient : Kind::Dependent, .player = player};
+    CertificateReason reason{dependence.vanishing ? Kind::VanishingGradient : Kind::Dependent,
+                             player};
     std::string others;
     std::size_t named = 0;
     const double largest = dependence.weights.cwiseAbs().maxCoeff();
-    for (Index j = 0; j < dependence.weights.size(); ++j) {
+    for (const Index j : indices(dependence.weights)) {
       if (std::abs(dependence.weights[j]) < kZero * largest) continue;
       if (canonical_.model_constraint(j) >= 0)
         reason.constraints.push_back(canonical_.model_constraint(j));
@@ -127,7 +126,7 @@ void Reasons::add_direction(Kind kind, Player player, const Vector& step, const 
   if (!(largest > 0.0)) return;
   std::ranges::stable_sort(
       entries, [](const auto& a, const auto& b) { return std::abs(a.first) > std::abs(b.first); });
-  CertificateReason reason{.kind = kind, .player = player, .text = before};
+  CertificateReason reason{kind, player, before};
   for (const auto& [value, i] : entries) {
     constexpr double kNamed = 1e-3;  // share of the largest entry
     if (std::abs(value) < kNamed * largest) break;

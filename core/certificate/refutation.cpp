@@ -23,28 +23,25 @@ bool refute(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
 }
 
 /// Of Min where the inner maximum is strict; of Max where there is no x, else it is a reason alone.
-/// descent: a step to smaller values, if one was seen.
-bool is_flat(TestContext& c, ActiveSetSystem& system, const TrialPoint& trial,
-             std::optional<WrongCurvature>& descent) {
+/// trial.wrong: a step to smaller values, if one was seen.
+bool is_flat(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
   const bool inner =
       !c.has_x() ||
       (c.has_y() && !second_order_test(system, trial.error, c.margin(), 0.0, true).inner);
   if (inner && !c.may_factorize(1)) return false;
   const Player player = inner ? Player::Max : Player::Min;
   const FlatDirections found = find_flat_directions(c, system, trial.point, c.margin(), player);
-  if (found.descent) descent = WrongCurvature{Player::Min, *found.descent};
-  if (found.verdict == FlatDirections::Verdict::None) return false;
-  const bool flat = found.verdict == FlatDirections::Verdict::Flat;
+  if (found.descent) trial.wrong = WrongCurvature{Player::Min, *found.descent};
+  if (found.direction.size() == 0) return false;
   c.reasons.add_direction(
-      flat ? Kind::FlatDirection : Kind::LittleCurvature, player, found.direction,
-      flat ? "flat: the value is constant along" : "no curvature is seen along");
-  return flat && !(inner && c.has_x()) && trial.set.is_strict() &&
+      found.flat ? Kind::FlatDirection : Kind::LittleCurvature, player, found.direction,
+      found.flat ? "flat: the value is constant along" : "no curvature is seen along");
+  return found.flat && !(inner && c.has_x()) && trial.set.is_strict() &&
          rows_are_left_out(c.canonical, trial, false);
 }
 
+/// Why a point that is not refuted gets no certificate.
 void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
-  if (trial.dependences) c.reasons.add_dependences(*trial.dependences);
-  if (trial.wrong) return;
   const NewtonTest& newton = trial.newton;
   if (newton.done && !newton.set_holds) {
     c.reasons.add_about(Kind::NotIsolated, newton.changing,
@@ -64,7 +61,7 @@ void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
   } else if (!c.reasons.has_obstacle() && c.may_factorize(2)) {
     measure_inertias(c, system, trial);
     c.examine_curvature(trial.point, without_inactive(c.canonical, trial.set, newton.end.lambda),
-                        trial.scaling, &system);
+                        &system);
     const Index least = std::max(c.arrays.curvature.found.variable, 0);
     c.reasons.add_about(
         Kind::LittleCurvature, least,
@@ -78,20 +75,16 @@ void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
 }  // namespace
 
 SecondOrder judge_without_certificate(TestContext& c, TrialPoint& trial) {
-  ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation);
+  ActiveSetSystem system = c.system_of(trial);
   measure_inertias(c, system, trial);
   c.reasons.add_weakly_active(trial.set);
-  SecondOrder verdict = SecondOrder::Undecided;
-  std::optional<WrongCurvature> descent;
   // What is wrong is left whatever that costs.
-  if (refute(c, system, trial)) {
-    verdict = SecondOrder::Violated;
-  } else if (c.may_factorize(1) && is_flat(c, system, trial, descent)) {
-    verdict = SecondOrder::Flat;
-  }
+  const bool refuted = refute(c, system, trial);
+  const bool flat = !refuted && c.may_factorize(1) && is_flat(c, system, trial);
+  if (trial.dependences) c.reasons.add_dependences(*trial.dependences);
+  if (refuted) return SecondOrder::Violated;
   explain(c, system, trial);
-  if (descent) trial.wrong = std::move(descent);
-  return verdict;
+  return flat ? SecondOrder::Flat : SecondOrder::Undecided;
 }
 
 }  // namespace ipminmax

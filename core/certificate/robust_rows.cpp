@@ -59,13 +59,12 @@ std::optional<Eigen::MatrixXd> schur_complement(const CanonicalProblem& canonica
   // J_r over y; rows of K_yy are found by the step's v. A copy maximizes its own row: what the row
   // still changes along it is the barrier's.
   const auto for_each = [&](auto&& visit) {
-    for_each_entry(canonical.jacobian(), evaluation.jacobian,
-                   [&](Index row, Index col, double value) {
-                     if (column_of[at(row)] >= 0 && canonical.owned_by_max(col) &&
-                         canonical.served_slack(col) != canonical.slack_of(row)) {
-                       visit(column_of[at(row)], col, value);
-                     }
-                   });
+    for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
+      if (column_of[at(row)] >= 0 && canonical.owned_by_max(col) &&
+          canonical.served_slack(col) != canonical.slack_of(row)) {
+        visit(column_of[at(row)], col, value);
+      }
+    });
   };
   Eigen::MatrixXd right = Eigen::MatrixXd::Identity(size, size);
   NewtonResidual rhs = zero_step(canonical);

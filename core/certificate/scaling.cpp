@@ -28,14 +28,14 @@ struct Scaler {
   void equilibrate(bool max) {
     arrays.diagonal.setZero(d.size());
     arrays.coupling.setZero(d.size());
-    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+    for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
       const bool row = canonical.owned_by_max(i) == max, col = canonical.owned_by_max(j) == max;
       if (i == j) arrays.diagonal[i] += std::abs(value);
       if (row == col || max) return;
       double& coupling = arrays.coupling[row ? i : j];
       coupling = std::max(coupling, std::abs(value) * d[row ? j : i]);
     });
-    for (Index i = 0; i < d.size(); ++i) {
+    for (const Index i : indices(d)) {
       if (canonical.owned_by_max(i) == max)
         d[i] = inverse(std::max(std::sqrt(arrays.diagonal[i]), arrays.coupling[i]));
     }
@@ -68,7 +68,7 @@ struct Scaler {
     Vector &known = arrays.norms, &unknown = arrays.coupling;
     known.setZero(d.size());
     unknown.setZero(d.size());
-    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+    for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
       if (canonical.owned_by_max(i) == canonical.owned_by_max(j)) return;
       for (const auto& [row, col] : {std::pair{i, j}, std::pair{j, i}}) {
         const bool is_known = d[col] != kUnknown;
@@ -76,7 +76,7 @@ struct Scaler {
         norm = std::max(norm, std::abs(value) * (is_known ? d[col] : size_of(i) * size_of(j)));
       }
     });
-    for (Index i = 0; i < d.size(); ++i) {
+    for (const Index i : indices(d)) {
       if (d[i] == kUnknown)
         d[i] = known[i] > 0.0 ? inverse(known[i]) : size_of(i) * inverse(std::sqrt(unknown[i]));
     }
@@ -91,13 +91,12 @@ struct Scaler {
     for (int round = 0; found && (d.array() == kUnknown).any() && round < kRounds; ++round) {
       set_row_norms();
       columns.setZero(d.size());
-      for_each_entry(canonical.jacobian(), evaluation.jacobian,
-                     [&](Index row, Index col, double value) {
-                       if (d[col] == kUnknown && arrays.rows[row] > 0.0)
-                         columns[col] = std::max(columns[col], std::abs(value) / arrays.rows[row]);
-                     });
+      for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
+        if (d[col] == kUnknown && arrays.rows[row] > 0.0)
+          columns[col] = std::max(columns[col], std::abs(value) / arrays.rows[row]);
+      });
       found = false;
-      for (Index i = 0; i < d.size(); ++i) {
+      for (const Index i : indices(d)) {
         const double length = inverse(columns[i]);
         if (length == kUnknown) continue;
         d[i] = std::max(length, arrays.size[i]);
@@ -115,21 +114,20 @@ struct Scaler {
   void cut_by_equations() {
     Vector& is_done = arrays.rows;  // or no equation
     is_done.resize(canonical.constraints());
-    for (Index j = 0; j < is_done.size(); ++j) is_done[j] = canonical.slack_of(j) >= 0;
+    for (const Index j : indices(is_done)) is_done[j] = canonical.slack_of(j) >= 0;
     bool any = true;
     constexpr int kRounds = 16;
     for (int round = 0; any && round < kRounds; ++round) {
       arrays.terms.assign(at(canonical.constraints()), {});
-      for_each_entry(canonical.jacobian(), evaluation.jacobian,
-                     [&](Index row, Index col, double value) {
-                       if (is_done[row] > 0.0) return;
-                       auto& [largest, second, variable] = arrays.terms[at(row)];
-                       const double term = std::abs(value) * d[col];
-                       second = std::max(second, std::min(term, largest));
-                       if (term > largest) largest = term, variable = col;
-                     });
+      for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
+        if (is_done[row] > 0.0) return;
+        auto& [largest, second, variable] = arrays.terms[at(row)];
+        const double term = std::abs(value) * d[col];
+        second = std::max(second, std::min(term, largest));
+        if (term > largest) largest = term, variable = col;
+      });
       any = false;
-      for (Index j = 0; j < canonical.constraints(); ++j) {
+      for (const Index j : each_constraint(canonical)) {
         const auto [largest, second, i] = arrays.terms[at(j)];
         if (!(second > 0.0) || kLittle * largest <= second ||
             canonical.owned_by_max(i) != canonical.max_constraints().contains(j)) {
@@ -145,7 +143,7 @@ struct Scaler {
   /// Rows of length about one, and slacks of their length.
   void measure_rows() {
     set_row_norms();
-    for (Index j = 0; j < canonical.constraints(); ++j) {
+    for (const Index j : each_constraint(canonical)) {
       const double length = inverse(arrays.rows[j]);
       double& unit = arrays.scaling.constraint[j] = length == kUnknown ? 1.0 : length;
       if (canonical.slack_of(j) >= 0) d[canonical.slack_of(j)] = 1.0 / unit;
@@ -155,7 +153,7 @@ struct Scaler {
   /// Entries of W between variables of one player.
   template <class Visit>
   void for_own(bool max, Visit&& visit) {
-    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+    for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
       if (canonical.owned_by_max(i) == max && canonical.owned_by_max(j) == max)
         visit(i, j, std::abs(value));
     });
@@ -165,10 +163,9 @@ struct Scaler {
   /// Largest |J_ji| d_i of each row, unknown ones left out.
   void set_row_norms() {
     arrays.rows.setZero(canonical.constraints());
-    for_each_entry(canonical.jacobian(), evaluation.jacobian,
-                   [&](Index row, Index col, double value) {
-                     arrays.rows[row] = std::max(arrays.rows[row], std::abs(value) * d[col]);
-                   });
+    for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
+      arrays.rows[row] = std::max(arrays.rows[row], std::abs(value) * d[col]);
+    });
   }
 };
 
@@ -216,18 +213,6 @@ double size_of_problem(const CanonicalProblem& canonical, const Vector& v,
                        const VariableScaling& scaling) {
   return std::max(longest(canonical, v, scaling),
                   longest(canonical, canonical.starting_point().v, scaling));
-}
-
-void set_scaled(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                const VariableScaling& scaling, Evaluation& scaled) {
-  scaled = evaluation;
-  scaled.jacobian_call = scaled.hessian_call = 0;
-  for_each_entry(canonical.hessian(), scaled.hessian, [&](Index i, Index j, double& value) {
-    value *= scaling.variable[i] * scaling.variable[j];
-  });
-  for_each_entry(canonical.jacobian(), scaled.jacobian, [&](Index row, Index col, double& value) {
-    value *= scaling.constraint[row] * scaling.variable[col];
-  });
 }
 
 }  // namespace ipminmax

@@ -72,8 +72,25 @@ void for_each_entry(const Pattern& pattern, Values& values, Visit&& visit) {
   for (const auto k : indices(values)) visit(pattern[k].row, pattern[k].col, values[k]);
 }
 
-/// Writes the scaled derivatives. Their call numbers are reset.
-void set_scaled(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                const VariableScaling& scaling, Evaluation& scaled);
+/// The same for the derivatives at a point.
+template <class Derivatives, class Visit>
+void for_each_in_jacobian(const CanonicalProblem& canonical, Derivatives& at_point, Visit&& visit) {
+  for_each_entry(canonical.jacobian(), at_point.jacobian, visit);
+}
+template <class Derivatives, class Visit>
+void for_each_in_hessian(const CanonicalProblem& canonical, Derivatives& at_point, Visit&& visit) {
+  for_each_entry(canonical.hessian(), at_point.hessian, visit);
+}
+
+/// The positions in a vector; all canonical variables; all canonical constraints.
+[[nodiscard]] inline Numbers<Index> indices(const Vector& v) {
+  return {0, static_cast<Index>(v.size())};
+}
+[[nodiscard]] inline Numbers<Index> each_variable(const CanonicalProblem& canonical) {
+  return {0, canonical.variables()};
+}
+[[nodiscard]] inline Numbers<Index> each_constraint(const CanonicalProblem& canonical) {
+  return {0, canonical.constraints()};
+}
 
 }  // namespace ipminmax

@@ -5,9 +5,7 @@
 
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
 #include "core/point/residual.hpp"
-#include "core/point/step_length.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -16,81 +14,6 @@ namespace {
 
 using namespace parameters::certificate;
 
-Vector sizes_of(const CanonicalProblem& canonical, const Point& point) {
-  return point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
-}
-
-/// What multipliers may be off by: residual of the gradient that they balance, and rounding of its
-/// terms, over the length of their row.
-Vector multiplier_error(const CanonicalProblem& canonical, const TrialPoint& trial,
-                        const Vector& lambda) {
-  const Evaluation& here = trial.point.evaluation;
-  Vector off = Vector::Zero(canonical.constraints()), length = off, left = here.gradient;
-  add_transposed_product(canonical, here, lambda, left);
-  for_each_entry(canonical.jacobian(), here.jacobian, [&](Index row, Index col, double value) {
-    length[row] = std::max(length[row], std::abs(value));
-    if (value == 0.0 || trial.set[col] != BoundClass::Inactive) return;
-    off[row] = std::max(
-        {off[row], kResiduals * std::abs(left[col]), kRounding * std::abs(lambda[row] * value)});
-  });
-  return (length.array() > 0.0).select(off.array() / length.array(), 0.0);
-}
-
-/// Of W, scaled: that of differences, and what weakly active inequalities may give or not.
-Vector hessian_error_of(TestContext& c, const TrialPoint& trial) {
-  Vector error = c.scaled_hessian_error(trial.scaling);
-  Vector lambda = trial.point.iterate.lambda;
-  bool any = false;
-  for_each_slack(c.canonical, [&](Index j, Index slack) {
-    if (trial.set[slack] == BoundClass::Active) return;
-    any = any || trial.set[slack] == BoundClass::WeaklyActive;
-    lambda[j] = 0.0;
-  });
-  if (error.size() == 0) error.setZero(c.canonical.variables());
-  if (!any) return error;
-  Evaluation without = trial.point.evaluation;
-  if (c.canonical.second_derivatives(trial.point.iterate.v, lambda, without) !=
-      EvaluationStatus::Ok) {
-    return Vector::Constant(c.canonical.variables(), kInfinity);
-  }
-  for (const auto k : indices(without.hessian))
-    without.hessian[k] -= trial.point.evaluation.hessian[k];
-  add_row_sums(c.canonical, without.hessian, trial.scaling.variable, error);
-  return error;
-}
-
-/// Whether the gradient along Max's free variables vanishes at the end of the Newton step: no step
-/// takes the slope away of what f is linear in, and K with it is singular. Along a face of worst
-/// cases all that it is a sum of is rounding of other terms, over the variable's whole size.
-bool is_stationary_at_end(const CanonicalProblem& canonical, const TrialPoint& trial) {
-  const Point& point = trial.point;
-  const Iterate& end = trial.newton.end;
-  const Vector size = sizes_of(canonical, point);
-  Vector left = point.evaluation.gradient, terms = left.cwiseAbs();
-  add_hessian_product(canonical, point.evaluation, end.v - point.iterate.v, left);
-  add_transposed_product(canonical, point.evaluation,
-                         without_inactive(canonical, trial.set, end.lambda), left);
-  // What the gradient of L is a sum of.
-  for_each_entry(canonical.hessian(), point.evaluation.hessian,
-                 [&](Index i, Index j, double value) {
-                   terms[i] += std::abs(value) * size[j];
-                   if (i != j) terms[j] += std::abs(value) * size[i];
-                 });
-  for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
-                 [&](Index row, Index col, double value) {
-                   terms[col] += std::abs(value * point.iterate.lambda[row]);
-                 });
-  const double none = kRounding * terms.cwiseProduct(size).maxCoeff();
-  for (const Index i : indices(canonical.y())) {
-    const double slope = std::abs(left[i]);
-    if (trial.set[i] == BoundClass::Inactive &&
-        !(slope <= kHardly * terms[i] || slope * size[i] <= none)) {
-      return false;
-    }
-  }
-  return true;
-}
-
 /// Largest entry of the solution for a generic right-hand side, slacks and bound multipliers apart;
 /// infinite where the factors do not reproduce the matrix. False: without pivoting an inertia is
 /// trusted only when they do.
@@ -98,10 +21,10 @@ bool is_trusted(ActiveSetSystem& system, bool inner, double& response) {
   constexpr double kHalved = 2.0 / 3.0;  // entries of 1/2 on the average
   const CanonicalProblem& canonical = system.canonical;
   NewtonResidual& rhs = system.rhs();
-  for (Index i = 0; i < canonical.variables(); ++i) {
+  for (const Index i : each_variable(canonical)) {
     if (system.is_free(i)) rhs.v[i] = kHalved * generic_entry(i);
   }
-  for (Index j = 0; j < canonical.constraints(); ++j) {
+  for (const Index j : each_constraint(canonical)) {
     if (system.counts(j)) rhs.lambda[j] = kHalved * generic_entry(canonical.variables() + j);
   }
   const Step& step = system.step();
@@ -129,111 +52,13 @@ bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const Newton
   }
 }
 
-// --- TestContext ---------------------------------------------------------------------------------
-
-void TestContext::examine_curvature(const Point& point, const Vector& lambda,
-                                    const VariableScaling& scaling, ActiveSetSystem* system,
-                                    const Evaluation* assembled) {
-  arrays.curvature.held.resize(at(canonical.variables()));
-  for (Index i = 0; i < canonical.variables(); ++i)
-    arrays.curvature.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
-  find_little_curvature(canonical, kkt, scaling, system ? &system->assembled() : assembled,
-                        system != nullptr, arrays.curvature);
-  // Differences have errors of their own, which the tests allow for.
-  if (!hessian_error)
-    wrong_row = find_wrong_row(canonical, point, lambda, scaling, arrays.curvature);
-}
-
-void examine_unclear_curvature(TestContext& c, const Evaluation* assembled) {
-  const Iterate& given = c.given.iterate;
-  c.examine_curvature(c.given, given.lambda,
-                      variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling),
-                      nullptr, assembled);
-}
-
-// --- TrialPoint ----------------------------------------------------------------------------------
-
-void TrialPoint::begin(const CanonicalProblem& canonical, const Point& here, double its_mu) {
-  point = here;
-  mu = its_mu;
-  set.reset(canonical);
-  inactive = {};
-  test = {};
-  newton.clear();
-  inner.reset();
-  full.reset();
-  moved.reset();
-}
-
-void TrialPoint::hold_inactive() {
-  for (const Index i : inactive.variables) set.hold(i);
-  set.held_rows = inactive.rows;
-}
-
-void guess_active_set(const TestContext& c, TrialPoint& trial) {
-  guess_active_set(c.canonical, c.options, trial.point.iterate, trial.scaling, kStrictRatio,
-                   trial.set);
-  trial.hold_inactive();
-}
-
 Vector without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set, Vector lambda) {
-  for (Index j = 0; j < canonical.constraints(); ++j) {
+  for (const Index j : each_constraint(canonical)) {
     const Index slack = canonical.slack_of(j);
     const bool inactive = slack >= 0 && set[slack] == BoundClass::Inactive;
     if (inactive || set.is_held(j)) lambda[j] = 0.0;
   }
   return lambda;
-}
-
-bool drop_inactive_multipliers(TestContext& c, TrialPoint& trial) {
-  const Iterate& z = trial.point.iterate;
-  const Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
-  return lambda == z.lambda || c.canonical.second_derivatives(
-                                   z.v, lambda, trial.point.evaluation) == EvaluationStatus::Ok;
-}
-
-VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
-  const Iterate& z = trial.point.iterate;
-  Evaluation certain = trial.point.evaluation, there = certain;
-  for (const auto k : indices(trial.newton.hessian_change)) {
-    if (std::abs(certain.hessian[k]) < kConfirmed * trial.newton.hessian_change[k])
-      certain.hessian[k] = 0.0;
-  }
-  Vector step = kRounding * sizes_of(c.canonical, trial.point);
-  keep_within_bounds(c.canonical, z.v, kLittle, step);
-  step += z.v;
-  Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
-  lambda += multiplier_error(c.canonical, trial, lambda);
-  if (c.canonical.first_derivatives(step, there) == EvaluationStatus::Ok &&
-      c.canonical.second_derivatives(step, without_inactive(c.canonical, trial.set, lambda),
-                                     there) == EvaluationStatus::Ok) {
-    const auto keep = [](const std::vector<double>& changed, std::vector<double>& values) {
-      for (const auto k : indices(values)) {
-        if (!(std::abs(changed[k] - values[k]) <= std::abs(values[k]))) values[k] = 0.0;
-      }
-    };
-    keep(there.hessian, certain.hessian);
-    keep(there.jacobian, certain.jacobian);
-  }
-  return variable_scaling(c.canonical, z.v, certain, c.arrays.scaling, trial.proximal > 0.0);
-}
-
-void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system) {
-  system.assemble(ActiveSetSystem::kSufficient);
-  trial.error = hessian_error_of(c, trial);
-  Regularization shift;
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
-    return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
-  };
-  trial.converges = newton_confirms(c, trial, system, solve);
-  if (trial.proximal > 0.0) {
-    if (!trial.converges) {  // to one of several solutions
-      shift.y = trial.proximal;
-      trial.converges = newton_confirms(c, trial, system, solve);
-    }
-    trial.converges = trial.converges && is_stationary_at_end(c.canonical, trial);
-  }
-  if (trial.newton.done) trial.error += trial.newton.error;
 }
 
 InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error, double margin,

@@ -49,6 +49,10 @@ struct TestContext {
   [[nodiscard]] double allowed_error(const Point& reported) const {
     return std::max(error(reported), std::min(options.tol, options.acceptable_tol));
   }
+  /// With arrays of its own.
+  [[nodiscard]] ActiveSetSystem system_of(const TrialPoint& trial) const {
+    return {canonical, kkt, trial.set, trial.scaling, trial.point.evaluation};
+  }
   [[nodiscard]] Vector scaled_hessian_error(const VariableScaling& scaling) const {
     if (!hessian_error) return {};
     return hessian_error->cwiseProduct(scaling.variable.cwiseAbs2());
@@ -63,10 +67,11 @@ struct TestContext {
     return canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
   }
   /// Writes little curvature of the factorized matrices to arrays.curvature, and the row of W that
-  /// is wrong along it to wrong_row. system: null if the active set is not known; then assembled:
-  /// the matrices' unscaled derivatives. Both null: there are no factors.
-  void examine_curvature(const Point& point, const Vector& lambda, const VariableScaling& scaling,
-                         ActiveSetSystem* system, const Evaluation* assembled = nullptr);
+  /// is wrong along it to wrong_row. lambda: for which the point's W was evaluated. system: null if
+  /// the active set is not known; then assembled: the matrices' unscaled derivatives. Both null:
+  /// there are no factors.
+  void examine_curvature(const Point& point, const Vector& lambda, const ActiveSetSystem* system,
+                         const Evaluation* assembled = nullptr);
 };
 
 /// Solves with the assembled K at a shift. Factorizes again with a higher quality if the solution
@@ -75,22 +80,9 @@ struct TestContext {
                                     const NewtonResidual& rhs, Step& step,
                                     const Regularization& shift = {});
 
-/// Guesses the trial's active set by z / s at its point, in the trial's scaling.
-void guess_active_set(const TestContext& c, TrialPoint& trial);
-/// Takes the multipliers of inactive inequalities, which come from the barrier, out of W. False:
-/// the model is undefined.
-[[nodiscard]] bool drop_inactive_multipliers(TestContext& c, TrialPoint& trial);
 /// Returns lambda with zeros for inactive inequalities.
 [[nodiscard]] Vector without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set,
                                       Vector lambda);
-/// Returns a scaling from certain entries of W and the Jacobian only: those that rounding of the
-/// variables, errors of the multipliers and the last Newton step change by less than their own
-/// size.
-[[nodiscard]] VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial);
-
-/// Computes the Newton step to the solution with the trial's active set. Sets converges, and error:
-/// the change of W over the step.
-void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system);
 /// Whether a Newton step with this solver keeps the active set, and the next step would be much
 /// shorter. The step tried is longer than what rounding of the derivatives could explain. W at its
 /// end has no multipliers of inactive inequalities.
@@ -116,6 +108,10 @@ void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& syste
 /// Measures the inertias at the point without margin. All zero if no factorizations are left.
 void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial);
 
+/// Guesses the active set by z / s, scaled, and holds inactive copies. A Newton step has to confirm
+/// it. A bound is weakly active if the ratio lies between 1 / strict_ratio and strict_ratio. A
+/// bound that is no farther than its relaxation is never inactive.
+void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& trial);
 /// Whether two points are near each other: scaled, within share of the problem's size; and
 /// unscaled, within a thousandth of each variable's own size. If that is zero: within a thousandth,
 /// and within far() scaled.
@@ -166,15 +162,12 @@ void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial
 
 /// Directions without curvature beyond the margin.
 struct FlatDirections {
-  enum class Verdict : std::uint8_t {
-    /// The value stays the same along all of them, up to rounding and the effect of relaxed bounds,
-    /// over lengths up to a tenth of the point.
-    Flat,
-    Neither,  ///< it changes, or trial points could not be computed
-    None      ///< there are none
-  };
-  Verdict verdict = Verdict::None;
-  /// The first direction that is not flat, or the first one; a step of canonical variables.
+  /// There are some, and the value stays the same along all of them, up to rounding and the effect
+  /// of relaxed bounds, over lengths up to a tenth of the point. False as well where trial points
+  /// could not be computed.
+  bool flat = false;
+  /// The first direction that is not flat, or the first one; a step of canonical variables. Empty:
+  /// there are none.
   Vector direction;
   /// A step of Min along which the value clearly falls although there is no curvature; only without
   /// y.
@@ -197,10 +190,6 @@ struct FlatDirections {
 /// classified and the point hardly moves, if a distance has lost its digits, or with the budget.
 void follow_barrier(TestContext& c, TrialPoint& trial);
 
-/// Compares W with differences at the given point, whose active set is not known. assembled: null
-/// if there are no factors.
-void examine_unclear_curvature(TestContext& c, const Evaluation* assembled);
-
 /// Checks a vertex, where curvature does not show that gradients jump. For each player of a game
 /// without free variables the gradient is compared with what W predicts a small step inside the
 /// active bounds and inequalities, in two directions. Each takes one gradient and Jacobian.
@@ -218,6 +207,10 @@ void examine_unclear_curvature(TestContext& c, const Evaluation* assembled);
 /// constraints are left out and their copies held. The KKT matrices have other values afterwards.
 [[nodiscard]] SecondOrder test_robust_rows(TestContext& c, const TrialPoint& trial,
                                            const Point& point);
+
+[[nodiscard]] InactiveCopies inactive_copies(const CanonicalProblem& canonical,
+                                             const Iterate& iterate,
+                                             const VariableScaling& scaling);
 
 /// Tests a point with mu_target > 0. It solves the barrier problem, in which no bound is active and
 /// all curvature counts.

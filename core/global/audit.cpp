@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <numeric>
 #include <random>
 #include <span>
 #include <utility>
@@ -40,6 +39,14 @@ struct Look {
   double f = kNaN;
 };
 
+/// The ranges of variables that moved from the model's start to v, which may have gone to zero.
+VariableRanges moves_from_start(Problem& model, const std::vector<double>& v) {
+  VariableRanges sizes(model.structure());
+  sizes.see(v);
+  if (const auto start = model_start(model)) sizes.see(*start);
+  return sizes;
+}
+
 /// What the bound is relaxed by that a value exceeds.
 double relaxation_where_exceeded(double value, double lower, double upper,
                                  const SolverOptions& options) {
@@ -53,20 +60,30 @@ class Hearing {
       : model_(model),
         s_(model.structure()),
         options_(options),
-        result_(result),
         counts_(counts),
+        here_{result.v, result.constraints, result.objective},
+        scale_of_f_(std::abs(result.objective_scale)),
+        of_min_(variables_of(s_, Player::Min)),
+        of_max_(variables_of(s_, Player::Max)),
+        moves_(moves_from_start(model, result.v)),
         ranges_(s_.constraint_players.size()) {
-    see({result.v, result.constraints, result.objective});
+    here_.g.resize(ranges_.size(), kNaN);
+    see(here_);
     std::mt19937_64 random(20220411);
     for (int k = 0; k < kSamples; ++k) {
-      if (const auto v = answer_with(sample(random)); !v.empty()) static_cast<void>(look(v));
+      std::vector<double> y = max_part(s_, here_.v);
+      for (const auto i : indices(of_max_)) {
+        const std::size_t own = of_max_[i];
+        const SampledRange box{s_.variable_lower[own], s_.variable_upper[own]};
+        if (is_boxed(own)) y[i] = box.draw(random);
+      }
+      if (const auto v = answer_with(y); !v.empty()) static_cast<void>(look(v));
     }
     measure_changes_by_min();
   }
 
   /// starts: show the ranges of the functions, and refute nothing.
-  void hear(const std::vector<std::vector<double>>& witnesses,
-            const std::vector<std::vector<double>>& starts) {
+  void hear(const Points& witnesses, const Points& starts) {
     for (const std::vector<double>& v : distinct(starts, options_.minmax_distinct_tol))
       static_cast<void>(look(v));
     for (const std::vector<double>& v : distinct(witnesses, options_.bound_relax_factor)) {
@@ -83,11 +100,10 @@ class Hearing {
     for (const Look& seen : looks_) {
       if (std::isfinite(seen.f) && (worst == nullptr || seen.f > worst->f)) worst = &seen;
     }
-    const double here = result_.objective;
-    if (worst == nullptr || !clearly_greater(worst->f, here, range_of_f_, tol)) return nullptr;
+    if (worst == nullptr || !clearly_greater(worst->f, here_.f, range_of_f_, tol)) return nullptr;
     counts_.gradient += 2;
-    return worst->f - here > change_with_x(model_, result_.v, worst->v, options_.tol) ? worst
-                                                                                      : nullptr;
+    const double explained = change_with_x(model_, here_.v, worst->v, options_.tol);
+    return worst->f - here_.f > explained ? worst : nullptr;
   }
 
   /// The y that violates a robust constraint most, beside its range; or one where it is undefined.
@@ -99,20 +115,15 @@ class Hearing {
     for (const Index row : robust_constraints(s_)) {
       const std::size_t j = at(row);
       if (is_missed_at_answer(j))
-        worst = {
-            .constraint = row, .v = result_.v, .value = result_.constraints[j], .active = true};
+        worst = {.constraint = row, .v = here_.v, .value = here_.g[j], .active = true};
       bool measured = false;
       for (const Look& seen : looks_) {
-        const double lower = s_.constraint_lower[j], upper = s_.constraint_upper[j];
-        if (is_met(seen.g[j], lower, upper, ranges_[j], tol)) continue;
+        if (holds(j, seen.g[j], tol)) continue;
         const Look here = anew(seen);
         if (!std::exchange(measured, true)) measure_change_by_equations(j);
         const double beside =
-            excess(here.g[j], lower, upper) / std::max(ranges_[j].size(), kVanishingRange);
-        if (is_met(here.g[j], lower, upper, ranges_[j], tol) || beside <= largest ||
-            !max_may_choose(here)) {
-          continue;
-        }
+            excess_of_row(s_, j, here.g[j]) / std::max(ranges_[j].size(), kVanishingRange);
+        if (holds(j, here.g[j], tol) || beside <= largest || !max_may_choose(here)) continue;
         worst = {.constraint = row, .v = here.v, .value = here.g[j], .active = true};
         largest = beside;
       }
@@ -126,54 +137,54 @@ class Hearing {
   /// Whether the answer's own y violates a row by what no tolerance of its solve explains.
   [[nodiscard]] bool is_missed_at_answer(std::size_t j) const {
     constexpr double kNoTolerance = 1e-6;  // of the row's range, or of what x can change
-    if (j >= result_.constraints.size()) return false;
-    const double g = result_.constraints[j];
-    const double lower = s_.constraint_lower[j], upper = s_.constraint_upper[j];
-    return excess(g, lower, upper) > kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
-                                         2.0 * relaxation_where_exceeded(g, lower, upper, options_);
+    return excess_of_row(s_, j, here_.g[j]) >
+           kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
+               2.0 * relaxation_where_exceeded(here_.g[j], s_.constraint_lower[j],
+                                               s_.constraint_upper[j], options_);
+  }
+
+  /// Whether a value is within the bounds of constraint j, which may be `wider`, to tol of its
+  /// range.
+  [[nodiscard]] bool holds(std::size_t j, double value, double tol, double wider = 0.0) const {
+    return is_met(value, s_.constraint_lower[j] - wider, s_.constraint_upper[j] + wider, ranges_[j],
+                  tol);
   }
 
   /// The answer with another y, Max's variables, cut by the bounds; empty: it is the answer's.
   [[nodiscard]] std::vector<double> answer_with(const std::vector<double>& y) const {
-    std::vector<double> v = result_.v;
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      if (s_.variable_players[i] != Player::Max) continue;
-      if (k == y.size()) return {};
-      v[i] = std::clamp(y[k++], s_.variable_lower[i], s_.variable_upper[i]);
+    std::vector<double> v = here_.v;
+    for (const auto k : indices(of_max_)) {
+      const std::size_t i = of_max_[k];
+      v[i] = std::clamp(y[k], s_.variable_lower[i], s_.variable_upper[i]);
     }
-    return v != result_.v && all_finite(v) ? v : std::vector<double>{};
+    return v != here_.v && all_finite(v) ? v : std::vector<double>{};
   }
 
   /// Of y that are equal up to tol of the ranges the first, as far as sorting brings them together:
   /// maximizations of many constraints end at the same ones.
-  [[nodiscard]] std::vector<std::vector<double>> distinct(
-      const std::vector<std::vector<double>>& all, double tol) const {
+  [[nodiscard]] Points distinct(const Points& all, double tol) const {
     VariableRanges ranges(s_);
-    std::vector<std::vector<double>> points;
+    Points points;
     for (const std::vector<double>& y : all) {
       if (auto v = answer_with(y); !v.empty()) points.push_back(std::move(v));
       if (!points.empty()) ranges.see(points.back());
     }
-    std::vector<std::size_t> order(points.size()), variables(result_.v.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::iota(variables.begin(), variables.end(), 0U);
-    const auto point = [&](std::size_t k) -> const std::vector<double>& { return points[k]; };
+    std::vector<Index> order = numbers_below(points.size());
+    const auto point = [&](Index k) -> const std::vector<double>& { return points[at(k)]; };
     std::ranges::stable_sort(order, {}, point);
-    const auto same = [&](std::size_t a, std::size_t b) {
-      return same_point(points[a], points[b], ranges, variables, tol);
+    const auto same = [&](Index a, Index b) {
+      return same_point(point(a), point(b), ranges, of_max_, tol);
     };
     order.erase(std::unique(order.begin(), order.end(), same), order.end());
     std::ranges::sort(order);
-    std::vector<std::vector<double>> first;
-    for (const std::size_t k : order) first.push_back(std::move(points[k]));
+    Points first;
+    for (const Index k : order) first.push_back(std::move(points[at(k)]));
     return first;
   }
 
   /// With the variables that follow from y by explicit equations at the answer's x.
   [[nodiscard]] Look anew(const Look& seen) {
-    if (!follows_)
-      follows_ = RobustScopes(s_, linear_entries(model_, result_.v, counts_)).follows();
+    if (!follows_) follows_ = RobustScopes(s_, linear_entries(model_, here_.v, counts_)).follows();
     Look here = seen;
     if (follows_->empty() || !complete(model_, *follows_, here.v)) return seen;
     ++counts_.constraints;
@@ -182,12 +193,12 @@ class Hearing {
 
   /// v: n values.
   [[nodiscard]] std::optional<Look> look(const std::vector<double>& v) {
-    Look seen{.v = v, .g = result_.constraints};
+    Look seen{.v = v, .g = here_.g};
     ++counts_.objective;
-    if (!model_.objective(seen.v, true, seen.f)) seen.f = kNaN;
+    if (!model_.objective(v, true, seen.f)) seen.f = kNaN;
     if (!ranges_.empty()) {
       ++counts_.constraints;
-      if (!model_.constraint_rows(rows_that_change(seen), seen.v, false, seen.g)) {
+      if (!model_.constraint_rows(rows_that_change(v), v, false, seen.g)) {
         look_for_undefined(v);
         return {};
       }
@@ -201,74 +212,58 @@ class Hearing {
   void look_for_undefined(std::vector<double> v) {
     constexpr double kBeside = 1e-3;  // of the way to the answer's y
     if (undefined_) return;
-    for (std::size_t i = 0; i < v.size(); ++i) v[i] += kBeside * (result_.v[i] - v[i]);
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] += kBeside * (here_.v[i] - v[i]);
     // A model may write what is defined and say that not all is.
     Look beside{.v = v, .g = std::vector<double>(ranges_.size(), kNaN)};
-    std::vector<Index> all(ranges_.size());
-    std::iota(all.begin(), all.end(), 0);
     ++counts_.constraints;
-    static_cast<void>(model_.constraint_rows(all, v, true, beside.g));
-    const auto is_undefined = [&](Index row) { return !std::isfinite(beside.g[at(row)]); };
+    static_cast<void>(model_.constraint_rows(numbers_below(ranges_.size()), v, true, beside.g));
     if (!max_may_choose(beside)) return;
-    const std::vector<Index> rows = robust_constraints(s_);
-    const auto row = std::ranges::find_if(rows, is_undefined);
-    if (row != rows.end()) undefined_ = {.constraint = *row, .v = v, .value = kNaN, .active = true};
+    for (const Index row : robust_constraints(s_)) {
+      if (undefined_ || std::isfinite(beside.g[at(row)])) continue;
+      undefined_ = {.constraint = row, .v = v, .value = kNaN, .active = true};
+    }
   }
 
   /// Other constraints have the values that they have at the answer, where these are known.
-  [[nodiscard]] std::vector<Index> rows_that_change(Look& seen) const {
-    const bool all = seen.g.size() != ranges_.size() || !all_finite(seen.g);
-    seen.g.resize(ranges_.size());
-    std::vector<bool> changes(ranges_.size(), all);
+  [[nodiscard]] std::vector<Index> rows_that_change(const std::vector<double>& v) const {
+    std::vector<bool> changes(ranges_.size(), !all_finite(here_.g));
     for (const auto& [row, col] : s_.jacobian) {
-      if (seen.v[at(col)] != result_.v[at(col)]) changes[at(row)] = true;
+      if (v[at(col)] != here_.v[at(col)]) changes[at(row)] = true;
     }
-    std::vector<Index> rows;
-    for (std::size_t j = 0; j < changes.size(); ++j) {
-      if (changes[j]) rows.push_back(static_cast<Index>(j));
-    }
-    return rows;
+    return marked(changes);
   }
 
-  /// Of the variables, as they moved from the model's start to the answer.
-  [[nodiscard]] VariableRanges moves() {
-    VariableRanges sizes(s_);
-    sizes.see(result_.v);
-    if (const auto start = model_start(model_)) sizes.see(*start);
-    return sizes;
+  /// Of a function with these slopes, as each Min variable moves by its size.
+  [[nodiscard]] double change_by_min(const std::vector<double>& slopes) const {
+    double change = 0.0;
+    for (const std::size_t i : of_min_) change += std::abs(slopes[i]) * moves_.moved(i);
+    return change;
   }
 
   /// What f and the constraints change by at the answer as each Min variable moves by its size.
   void measure_changes_by_min() {
-    const VariableRanges sizes = moves();
-    std::vector<double> gradient(result_.v.size());
+    std::vector<double> gradient(here_.v.size());
     jacobian_.resize(s_.jacobian.size());
     ++counts_.gradient;
     ++counts_.jacobian;
-    if (!model_.gradient(result_.v, true, gradient) ||
-        !model_.jacobian(result_.v, false, jacobian_)) {
+    if (!model_.gradient(here_.v, true, gradient) || !model_.jacobian(here_.v, false, jacobian_))
       return;
-    }
     changes_are_known_ = true;
-    for (std::size_t i = 0; i < gradient.size(); ++i) {
-      if (s_.variable_players[i] == Player::Min)
-        change_of_f_ += std::abs(gradient[i]) * sizes.moved(i);
-    }
+    change_of_f_ = change_by_min(gradient);
     changes_.assign(ranges_.size(), 0.0);
     for (std::size_t k = 0; k < jacobian_.size(); ++k) {
       const auto [row, col] = s_.jacobian[k];
       const double slope = std::abs(jacobian_[k]);
       if (s_.variable_players[at(col)] == Player::Min) {
-        changes_[at(row)] += slope * sizes.moved(at(col));
-      } else if (at(row) < result_.constraints.size() && sizes.of(at(col)) < kUnbounded) {
-        ranges_[at(row)].see(result_.constraints[at(row)] - slope * sizes.of(at(col)));
+        changes_[at(row)] += slope * moves_.moved(at(col));
+      } else if (moves_.of(at(col)) < kUnbounded) {
+        ranges_[at(row)].see(here_.g[at(row)] - slope * moves_.of(at(col)));
       }
     }
     // No samples show what a variable without bounds can do, and witnesses may be few.
     for (const auto& [row, col] : s_.jacobian) {
-      if (s_.variable_players[at(col)] == Player::Max && !is_boxed(at(col)) &&
-          at(row) < result_.constraints.size())
-        ranges_[at(row)].see(result_.constraints[at(row)] - changes_[at(row)]);
+      if (s_.variable_players[at(col)] == Player::Max && !is_boxed(at(col)))
+        ranges_[at(row)].see(here_.g[at(row)] - changes_[at(row)]);
     }
   }
 
@@ -276,13 +271,9 @@ class Hearing {
   /// backwards.
   void measure_change_by_equations(std::size_t j) {
     if (!changes_are_known_ || follows_->empty()) return;
-    std::vector<double> slopes(result_.v.size(), 0.0);
-    std::vector<std::vector<std::size_t>> entries(changes_.size());
-    for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-      const auto [row, col] = s_.jacobian[k];
-      entries[at(row)].push_back(k);
-      if (at(row) == j) slopes[at(col)] += jacobian_[k];
-    }
+    std::vector<double> slopes(here_.v.size(), 0.0);
+    const auto entries = entries_of_rows(s_);
+    for (const std::size_t k : entries[j]) slopes[at(s_.jacobian[k].col)] += jacobian_[k];
     for (auto equation = follows_->rbegin(); equation != follows_->rend(); ++equation) {
       const auto [row, variable] = *equation;
       double own = 0.0;
@@ -295,12 +286,7 @@ class Hearing {
           slopes[at(s_.jacobian[k].col)] -= slope / own * jacobian_[k];
       }
     }
-    const VariableRanges sizes = moves();
-    double change = 0.0;
-    for (std::size_t i = 0; i < slopes.size(); ++i) {
-      if (s_.variable_players[i] == Player::Min) change += std::abs(slopes[i]) * sizes.moved(i);
-    }
-    ranges_[j].cap = std::max(ranges_[j].cap, change);
+    ranges_[j].cap = std::max(ranges_[j].cap, change_by_min(slopes));
   }
 
   /// To what matters at the answer: what x can change there, or, where it changes nothing, how
@@ -308,7 +294,7 @@ class Hearing {
   void cap_ranges() {
     if (!changes_are_known_) return;
     ValueRange f;
-    f.see(result_.objective);
+    f.see(here_.f);
     std::vector<ValueRange> g(ranges_.size());
     for (const Look& seen : looks_) {
       f.see(seen.f);
@@ -318,19 +304,8 @@ class Hearing {
       return std::max(change > 0.0 ? change : seen.size(), least);
     };
     const double least = options_.tol / options_.minmax_worst_case_tol;
-    range_of_f_.cap = cap(change_of_f_, f, least / std::abs(result_.objective_scale));
+    range_of_f_.cap = cap(change_of_f_, f, least / scale_of_f_);
     for (std::size_t j = 0; j < g.size(); ++j) ranges_[j].cap = cap(changes_[j], g[j], least);
-  }
-
-  /// A random point of y's box; of variables without one the answer's value.
-  [[nodiscard]] std::vector<double> sample(std::mt19937_64& random) const {
-    std::vector<double> y;
-    for (std::size_t i = 0; i < s_.variable_players.size(); ++i) {
-      if (s_.variable_players[i] != Player::Max) continue;
-      const SampledRange box{s_.variable_lower[i], s_.variable_upper[i]};
-      y.push_back(is_boxed(i) ? box.draw(random) : result_.v[i]);
-    }
-    return y;
   }
 
   [[nodiscard]] bool is_boxed(std::size_t i) const {
@@ -340,17 +315,14 @@ class Hearing {
 
   void see(const Look& seen) {
     range_of_f_.see(seen.f);
-    for (std::size_t j = 0; j < std::min(seen.g.size(), ranges_.size()); ++j)
-      ranges_[j].see(seen.g[j]);
+    for (const auto j : indices(ranges_)) ranges_[j].see(seen.g[j]);
   }
 
   /// Whether Max's constraints hold, up to the relaxation that they were solved with.
   [[nodiscard]] bool max_may_choose(const Look& seen) const {
-    for (std::size_t j = 0; j < seen.g.size(); ++j) {
-      if (s_.constraint_players[j] != Player::Max) continue;
-      const double slack = options_.bound_relax_factor * ranges_[j].size();
-      if (!is_met(seen.g[j], s_.constraint_lower[j] - slack, s_.constraint_upper[j] + slack,
-                  ranges_[j], options_.tol)) {
+    for (const auto j : indices(seen.g)) {
+      const double relaxed = options_.bound_relax_factor * ranges_[j].size();
+      if (s_.constraint_players[j] == Player::Max && !holds(j, seen.g[j], options_.tol, relaxed)) {
         return false;
       }
     }
@@ -360,8 +332,11 @@ class Hearing {
   Problem& model_;
   const ProblemStructure& s_;
   const SolverOptions& options_;
-  const Result& result_;
   Counts& counts_;
+  Look here_;  ///< the answer; NaN where a constraint is not known
+  double scale_of_f_;
+  std::vector<std::size_t> of_min_, of_max_;  ///< variables
+  VariableRanges moves_;  ///< as they moved from the model's start to the answer
   ValueRange range_of_f_;
   std::vector<ValueRange> ranges_;  ///< m
   bool changes_are_known_ = false;
@@ -378,11 +353,6 @@ double tolerance_of_f(const SolverOptions& options) {
   return std::max(options.tol, options.minmax_worst_case_tol);
 }
 
-/// f may be maximized over other y, which is no question with a negative factor of the objective.
-bool has_worst_case(const ProblemStructure& s, const Result& result) {
-  return !(result.objective_scale < 0.0) && has_max_variables(s);
-}
-
 void look_at_witnesses(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
                        Result& result, Counts& counts) {
   const ProblemStructure& s = model.structure();
@@ -390,7 +360,7 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
   const bool claims = is_success(result.status) || is_certified(result) ||
                       result.status == Status::NoLocalMinmaxFound;
   if (!claims || result.v.size() != s.variable_players.size() || !all_finite(result.v)) return;
-  const std::vector<std::vector<double>> known = witnesses.all();
+  const Points known = witnesses.all();
   if (known.empty()) return;
   Hearing hearing(model, options, result, counts);
   hearing.hear(known, witnesses.starts());
@@ -400,10 +370,12 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
       result.worst_cases.push_back(std::move(*violated));
     }
   }
-  const bool is_known = result.worst_case.higher || !has_worst_case(s, result);
-  const Look* higher = is_known || !std::isfinite(result.objective)
-                           ? nullptr
-                           : hearing.higher(tolerance_of_f(options));
+  // With a negative factor of the objective other y are no question.
+  if (result.worst_case.higher || result.objective_scale < 0.0 || !has_max_variables(s) ||
+      !std::isfinite(result.objective)) {
+    return;
+  }
+  const Look* higher = hearing.higher(tolerance_of_f(options));
   if (higher == nullptr) return;
   WorstCase& worst = result.worst_case;
   worst.value = higher->f;
@@ -443,10 +415,7 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
   if (result.v.size() != s.variable_players.size() || result.objective_scale < 0.0) return false;
   VariableRanges sizes(s);
   sizes.see(result.v);
-  std::vector<std::size_t> of_max;
-  for (std::size_t i = 0; i < result.v.size(); ++i) {
-    if (s.variable_players[i] == Player::Max) of_max.push_back(i);
-  }
+  const std::vector<std::size_t> of_max = variables_of(s, Player::Max);
   const std::vector<double> own = max_part(s, result.v);
   const Hearing here(model, options, result, counts);
   for (std::size_t k = 0; k < std::min(of_max.size(), kMostVariables); ++k) {
@@ -500,11 +469,10 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
       std::ranges::find(reasons, Relaxed, &CertificateReason::kind) != reasons.end()) {
     return;
   }
-  const auto add = [&](Player player, const std::string& name, const std::string& effect) -> auto& {
-    return reasons.emplace_back(
-        CertificateReason{.kind = Relaxed,
-                          .player = player,
-                          .text = "relaxed: bound_relax_factor moved a bound of " + name + effect});
+  const auto add = [&](CertificateReason about, const std::string& effect) {
+    about.kind = Relaxed;
+    about.text = "relaxed: bound_relax_factor moved a bound of " + about.text + effect;
+    reasons.push_back(std::move(about));
   };
   const auto changes_f_by = [](double change) {
     return ", which changes f by about " + number_text(change, 2);
@@ -516,24 +484,25 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
     const double beyond = excess(g, lower, upper);
     const auto row = static_cast<Index>(j);
     const double change = beyond * std::abs(result.lambda[j]);
-    if (change > counts_from) {
-      return add(s.constraint_players[j], constraint_name(s, row), changes_f_by(change))
-          .constraints.push_back(row);
-    }
-    // A multiplier of zero says nothing of how far the row is violated.
-    if (!(beyond > 0.0) || lower == upper) continue;
+    std::string effect;
+    // A multiplier of zero says nothing of how far the row is violated, nor do those of rows with
+    // worst cases, which have their own.
     const bool weak = certificate.weakly_active_min + certificate.weakly_active_max > 0 ||
-                      !result.worst_cases.empty();  // whose multipliers are not those of the rows
+                      !result.worst_cases.empty();
     const double most = relaxation_where_exceeded(g, lower, upper, options);
-    if (!weak && beyond > 0.5 * most) continue;
-    if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
-    const double share = beyond / std::abs(at_start[j] - g);
-    if (share > kCounts && std::isfinite(share)) {
-      return add(s.constraint_players[j], constraint_name(s, row),
-                 ", which is violated by " + number_text(share, 2) +
-                     " of its change from the start")
-          .constraints.push_back(row);
+    if (change > counts_from) {
+      effect = changes_f_by(change);
+    } else if (beyond > 0.0 && lower != upper && (weak || !(beyond > 0.5 * most))) {
+      if (at_start.empty()) at_start = rows_at_start(model, result.constraints, counts);
+      const double share = beyond / std::abs(at_start[j] - g);
+      if (share > kCounts && std::isfinite(share))
+        effect =
+            ", which is violated by " + number_text(share, 2) + " of its change from the start";
     }
+    if (effect.empty()) continue;
+    return add(
+        {.player = s.constraint_players[j], .text = constraint_name(s, row), .constraints = {row}},
+        effect);
   }
   std::vector<double> gradient;
   for (std::size_t i = 0; i < result.v.size(); ++i) {
@@ -549,8 +518,10 @@ void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& r
                                                 std::abs(result.z_upper[i])});
     const auto variable = static_cast<Index>(i);
     if (!(change > counts_from)) continue;
-    return add(s.variable_players[i], variable_name(s, variable), changes_f_by(change))
-        .variables.push_back(variable);
+    return add({.player = s.variable_players[i],
+                .text = variable_name(s, variable),
+                .variables = {variable}},
+               changes_f_by(change));
   }
 }
 
@@ -572,6 +543,12 @@ std::string why_refuted(const ProblemStructure& s, const Result& result) {
   if (!y.finished) return y.open.empty() ? "the search over y was not finished" : y.open;
   const SearchOverX& x = result.over_x;
   return std::to_string(x.made) + " of " + std::to_string(x.asked) + " starts were made";
+}
+
+/// Takes a success back. why: empty where the status says all.
+void refute(Status status, const std::string& why, Result& result) {
+  result.status = status;
+  result.message = std::string(name_of(status)) + (why.empty() ? "" : ": ") + why;
 }
 
 void revoke_certificate(CertificateReason reason, Result& result) {
@@ -598,13 +575,12 @@ void revoke_test(CertificateReason reason, Result& result) {
 void check_first_derivatives(Problem& problem, const SolverOptions& options, Result& result) {
   if (!is_certified(result) || !has_max_variables(problem.structure())) return;
   const std::string wrong = wrong_gradient_beside(problem, options, result);
-  if (wrong.empty()) return;
-  revoke_test({.kind = CertificateReason::Kind::WrongHessian, .player = Player::Max, .text = wrong},
-              result);
+  if (!wrong.empty())
+    revoke_test({CertificateReason::Kind::WrongHessian, Player::Max, wrong}, result);
 }
 
 std::string describe_y(const ProblemStructure& s, Index constraint, const std::vector<double>& v) {
-  const RobustScope scope = robust_scope(s, constraint);
+  const RobustScope scope = RobustScopes(s).of(constraint);
   std::string text;
   constexpr int kMostNames = 6;
   int said = 0;
@@ -622,28 +598,20 @@ std::string describe_y(const ProblemStructure& s, Index constraint, const std::v
 double change_with_x(Problem& model, const std::vector<double>& v, const std::vector<double>& other,
                      double tol) {
   constexpr double kLeastAccurate = 1e-4;  // of x's sizes, where f is small beside the tolerance
-  const ProblemStructure& s = model.structure();
   std::vector<double> at_v(v.size()), at_other(v.size());
   if (!model.gradient(v, true, at_v) || !model.gradient(other, true, at_other)) return 0.0;
-  VariableRanges sizes(s);
-  sizes.see(v);
-  if (const auto start = model_start(model)) sizes.see(*start);  // v may have gone to zero
+  const VariableRanges sizes = moves_from_start(model, v);
   double change = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    if (s.variable_players[i] == Player::Min)
-      change += std::abs(at_v[i] - at_other[i]) * sizes.of(i);
-  }
+  for (const std::size_t i : variables_of(model.structure(), Player::Min))
+    change += std::abs(at_v[i] - at_other[i]) * sizes.of(i);
   // tol is absolute in f: x is as accurate as that allows.
   const double accuracy = std::clamp(tol / change, tol, std::max(tol, kLeastAccurate));
   return change > 0.0 && std::isfinite(change) ? accuracy * change : 0.0;
 }
 
-Witnesses::Witnesses(const ProblemStructure& structure) {
-  for (std::size_t i = 0; i < structure.variable_players.size(); ++i) {
-    if (structure.variable_players[i] == Player::Max) max_variables_.push_back(i);
-  }
-  most_ = kMostKeptNumbers / std::max<std::size_t>(1, max_variables_.size());
-}
+Witnesses::Witnesses(const ProblemStructure& structure)
+    : max_variables_(variables_of(structure, Player::Max)),
+      most_(kMostKeptNumbers / std::max<std::size_t>(1, max_variables_.size())) {}
 
 void Witnesses::add(std::span<const double> v, List& list) try {
   if (max_variables_.empty() || most_ == 0 || v.size() <= max_variables_.back()) return;
@@ -660,26 +628,6 @@ void Witnesses::add(std::span<const double> v, List& list) try {
 } catch (const std::bad_alloc&) {  // one witness less
 }
 
-void Witnesses::add(std::span<const double> v) { add(v, met_); }
-
-void Witnesses::add_start(std::span<const double> v) { add(v, starts_); }
-
-void Witnesses::add(const Result& result) {
-  add(result.v);
-  add(result.worst_case.v);
-  for (const RobustWorstCase& worst : result.worst_cases) add(worst.v);
-}
-
-std::vector<std::vector<double>> Witnesses::all() const {
-  const std::lock_guard lock(mutex_);
-  return met_.kept;
-}
-
-std::vector<std::vector<double>> Witnesses::starts() const {
-  const std::lock_guard lock(mutex_);
-  return starts_.kept;
-}
-
 namespace {
 
 /// Every function has its proof, and none says that there is no y.
@@ -688,12 +636,12 @@ void audit_proofs(Result& result) {
   if (std::ssize(y.proofs) < y.functions) y.finished = false;
   const auto empty = std::ranges::find(y.proofs, true, &WorstCaseProof::empty);
   if (empty == y.proofs.end() || !is_success(result.status)) return;
-  result.status = Status::InnerInfeasible;
-  result.message = std::string(name_of(result.status)) + ": " + empty->message;
+  refute(Status::InnerInfeasible, empty->message, result);
 }
 
 void judge(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
            std::optional<Status> cut, Result& result, Counts& counts) {
+  using enum CertificateReason::Kind;
   look_at_witnesses(model, options, witnesses, result, counts);
   name_relaxed_bounds(model, options, result, counts);
   const SearchOverY& y = result.over_y;
@@ -701,7 +649,7 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
   const bool seems_wrong = c.inner.positive > c.inner_expected.positive;
   const bool undecided =
       c.second_order == SecondOrder::Undecided || c.second_order == SecondOrder::Flat;
-  const bool own_point = result.over_y.branches == 0;  // else f is that of one of several y
+  const bool own_point = y.branches == 0;  // else f is that of one of several y
   const bool not_unique = c.answer == InnerAnswer::BestNotUnique;
   // However small the step: also along a kink, which curvature does not see. Where curvature does
   // not bend f it may rise farther out, and by nothing that counts before.
@@ -716,16 +664,14 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
   if (is_success(result.status) && (undecided || not_unique) && (own_point || seems_wrong) &&
       has_max_variables(model.structure()) && rises()) {
     // Errors over branches are those of the form that was solved.
-    result.status = result.over_y.branches > 0 ? Status::WorstCaseNotMet : Status::NotLocalMinmax;
-    result.message =
-        std::string(name_of(result.status)) + ": f rises with y beside the point, y is no maximum";
+    refute(own_point ? Status::NotLocalMinmax : Status::WorstCaseNotMet,
+           "f rises with y beside the point, y is no maximum", result);
   }
   const Index outside =
       is_success(result.status) ? outside_bounds(model.structure(), options, result) : -1;
   if (outside >= 0) {
-    result.status = Status::WorstCaseNotMet;
-    result.message = std::string(name_of(result.status)) + ": " +
-                     variable_name(model.structure(), outside) + " is outside its bounds";
+    refute(Status::WorstCaseNotMet,
+           variable_name(model.structure(), outside) + " is outside its bounds", result);
   }
   if (options.minmax_worst_case_proof) audit_proofs(result);
   const bool stopped = cut == Status::UserStop || cut == Status::OutOfMemory;
@@ -733,30 +679,24 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
   const bool was_cut = cut && (stopped || unfinished);
   const bool unmet = is_success(result.status) && (unfinished || y.better_known);
   if (was_cut ? result.status != *cut : unmet) {
-    result.status = was_cut ? *cut : Status::WorstCaseNotMet;
-    result.message = std::string(name_of(result.status));
-    if (unfinished || unmet) result.message += ": " + why_refuted(model.structure(), result);
+    refute(was_cut ? *cut : Status::WorstCaseNotMet,
+           unfinished || unmet ? why_refuted(model.structure(), result) : "", result);
   }
   if (is_certified(result) && !is_success(result.status)) {
-    revoke_certificate(
-        {.kind = CertificateReason::Kind::Search,
-         .player = y.better_known || !y.finished ? Player::Max : Player::Min,
-         .text = "a strict local minmax by itself, but not the answer: " + result.message},
-        result);
+    revoke_certificate({Search, y.better_known || !y.finished ? Player::Max : Player::Min,
+                        "a strict local minmax by itself, but not the answer: " + result.message},
+                       result);
   }
   const KktError& error = result.error;
   if (is_certified(result) &&
       error.complementarity > std::max(options.compl_inf_tol, error.total)) {  // hidden by s_c
-    revoke_certificate(
-        {.kind = CertificateReason::Kind::Search,
-         .player = Player::Min,
-         .text = "the complementarity error exceeds compl_inf_tol: f may be off by " +
-                 number_text(error.complementarity, 2)},
-        result);
+    revoke_certificate({Search, Player::Min,
+                        "the complementarity error exceeds compl_inf_tol: f may be off by " +
+                            number_text(error.complementarity, 2)},
+                       result);
   }
   if (!is_certified(result) || y.open.empty()) return;
-  CertificateReason open{
-      .kind = CertificateReason::Kind::RobustRow, .player = Player::Max, .text = y.open};
+  CertificateReason open{RobustRow, Player::Max, y.open};
   if (y.open_constraint >= 0) open.constraints.push_back(y.open_constraint);
   revoke_test(std::move(open), result);
 }

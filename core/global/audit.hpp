@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/global/points.hpp"
 #include "core/model/budget.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
@@ -18,23 +19,31 @@ class Witnesses {
   Witnesses() = default;  ///< of none
   explicit Witnesses(const ProblemStructure& structure);
   /// v: n values or more, of which Max's are kept, if there is memory for them.
-  void add(std::span<const double> v);
+  void add(std::span<const double> v) { add(v, met_); }
   /// The y of a result and of its worst cases.
-  void add(const Result& result);
+  void add(const Result& result) {
+    add(result.v);
+    add(result.worst_case.v);
+    for (const RobustWorstCase& worst : result.worst_cases) add(worst.v);
+  }
   /// Where a maximization began: it shows the range of a function, and refutes nothing.
-  void add_start(std::span<const double> v);
+  void add_start(std::span<const double> v) { add(v, starts_); }
   /// Of each the values of Max's variables, in their order.
-  [[nodiscard]] std::vector<std::vector<double>> all() const;
-  [[nodiscard]] std::vector<std::vector<double>> starts() const;
+  [[nodiscard]] Points all() const { return copy_of(met_); }
+  [[nodiscard]] Points starts() const { return copy_of(starts_); }
 
  private:
   std::vector<std::size_t> max_variables_;
   std::size_t most_ = 0;  ///< that are kept, the last ones
   struct List {
-    std::vector<std::vector<double>> kept{};
+    Points kept{};
     std::size_t next = 0;
   };
   void add(std::span<const double> v, List& list);
+  [[nodiscard]] Points copy_of(const List& list) const {
+    const std::lock_guard lock(mutex_);
+    return list.kept;
+  }
 
   mutable std::mutex mutex_;
   List met_, starts_;

@@ -1,33 +1,15 @@
 #include "core/global/choice.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
-#include "core/model/compare.hpp"
-#include "core/model/indices.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
-namespace {
-
-/// The variables by which points are told apart.
-std::vector<std::size_t> places(const ProblemStructure& structure, bool by_x) {
-  std::vector<std::size_t> places;
-  for (const auto i : indices(structure.variable_players)) {
-    if (!by_x || structure.variable_players[i] == Player::Min) places.push_back(i);
-  }
-  return places;
-}
-
-}  // namespace
-
 std::vector<double> max_part(const ProblemStructure& structure, const std::vector<double>& v) {
   std::vector<double> values;
-  for (const auto i : indices(v)) {
-    if (structure.variable_players[i] == Player::Max) values.push_back(v[i]);
-  }
+  for (const std::size_t i : variables_of(structure, Player::Max)) values.push_back(v[i]);
   return values;
 }
 
@@ -57,23 +39,5 @@ Rank rank_of(const Result& result) {
 }
 
 bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); }
-
-void add_distinct(const ProblemStructure& structure, const VariableRanges& ranges, bool by_x,
-                  double tol, Index start, Result&& result, std::vector<DistinctPoint>& points) {
-  const std::vector<std::size_t> compared = places(structure, by_x);
-  const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
-    return same_point(result.v, point.result.v, ranges, compared, tol);
-  });
-  if (known == points.end()) {
-    points.push_back({std::move(result), start, 1});
-    return;
-  }
-  ++known->found;
-  // The higher of two y at the same x is the worst case there.
-  if (by_x && result.objective > known->result.objective) {
-    known->result = std::move(result);
-    known->first_start = start;
-  }
-}
 
 }  // namespace ipminmax

@@ -3,7 +3,6 @@
 #include <tuple>
 #include <vector>
 
-#include "core/model/compare.hpp"
 #include "core/multistart.hpp"
 
 // One order of answers, and one rule for what is clearly worse.
@@ -25,11 +24,5 @@ using Rank = std::tuple<int, int, double>;
 /// Whether nothing is known that speaks against a result's claim: what was asked for was done, and
 /// no y refutes it.
 [[nodiscard]] bool stands(const Result& result);
-
-/// Adds one more certified point, unless it is known: then one more start has found it, and the
-/// higher value stands for both. by_x: where several y are worst, any of them may stand in v, and
-/// points with the same x are one. tol: of each variable's range.
-void add_distinct(const ProblemStructure& structure, const VariableRanges& ranges, bool by_x,
-                  double tol, Index start, Result&& result, std::vector<DistinctPoint>& points);
 
 }  // namespace ipminmax

@@ -4,7 +4,6 @@
 #include <limits>
 #include <optional>
 #include <random>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -97,10 +96,9 @@ std::string why_no_proof(Problem& game, const SolverOptions& options,
 }
 
 /// What one player can reach alone from v: random points, and those with one variable at a bound.
-std::vector<std::vector<double>> points_of(Player player, const ProblemStructure& s,
-                                           const std::vector<double>& v,
-                                           const SolverOptions& options) {
-  std::vector<std::vector<double>> points;
+Points points_of(Player player, const ProblemStructure& s, const std::vector<double>& v,
+                 const SolverOptions& options) {
+  Points points;
   for (Index k = 1; k <= kRandomValues; ++k) {
     std::vector<double>& point = points.emplace_back(random_start(s, v, k, options));
     for (const auto i : indices(v)) {
@@ -151,9 +149,8 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
     if (!gap.message.empty()) return kNaN;
     const double sign = player == Player::Max ? 1.0 : -1.0;
     const auto is_better = [&](const std::vector<double>& point) {
-      std::vector<double> g(held.structure().constraint_lower.size());
       double f = kNaN;
-      return is_feasible(held, options, point, g) && held.objective(point, false, f) &&
+      return is_feasible(held, options, point) && held.objective(point, false, f) &&
              clearly_greater(sign * f, sign * found.objective, range,
                              options.minmax_worst_case_tol);
     };
@@ -179,8 +176,7 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
 }  // namespace
 
 DualityGap duality_gap(Problem& problem, std::span<const double> v, const SolverOptions& options) {
-  if (v.size() != problem.structure().variable_players.size() || !all_finite(v))
-    throw std::invalid_argument("a duality gap needs a finite value of every variable");
+  require_point("the point of a duality gap", problem.structure(), v);
   Budget budget(options);
   Result work;
   return find_gap(problem, {v.begin(), v.end()}, options, budget, work);

@@ -8,7 +8,7 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/robust/extended_structure.hpp"
-#include "linalg/numbers.hpp"
+#include "core/robust/robust_scope.hpp"
 
 namespace ipminmax {
 
@@ -32,12 +32,7 @@ class Held final : public Restructured {
 /// One player's problem: the other's variables are fixed, his constraints absent. v: n values.
 [[nodiscard]] inline Held alone(Problem& model, Player player, std::span<const double> v) {
   const Player other = player == Player::Max ? Player::Min : Player::Max;
-  const std::vector<Player>& players = model.structure().variable_players;
-  std::vector<std::size_t> of_other;
-  for (const auto i : indices(players)) {
-    if (players[i] == other) of_other.push_back(i);
-  }
-  Held held(model, of_other, {v.begin(), v.end()});
+  Held held(model, variables_of(model.structure(), other), {v.begin(), v.end()});
   for (const auto j : indices(held.changed.constraint_players)) {
     if (held.changed.constraint_players[j] == other)
       drop_constraint(held.changed, static_cast<Index>(j));

@@ -6,12 +6,8 @@
 
 #include "core/global/held.hpp"
 #include "core/global/places_over_y.hpp"
-#include "core/model/canonical_problem.hpp"
-#include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
-#include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
@@ -30,9 +26,6 @@ constexpr double kMore = 1e-2;
 /// Searches after which a row is not looked at any longer whose maxima, less than half as many, are
 /// far from the limit: of 9,000 more in 250 random programs none exceeded it.
 constexpr Index kLooksFromAfar = 3;
-/// Solving again: solves within which each side is searched fully, some in each. A full search
-/// costs about ten times what following one maximum does: so both cost the same.
-constexpr std::size_t kSolvesOfFullSearches = 10;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
 constexpr Index kOften = 10;
@@ -40,8 +33,6 @@ constexpr Index kOften = 10;
 constexpr std::size_t kBeside = 4;
 /// Maxima of one value that searches begin beside.
 constexpr Index kBesideOneHeight = 3;
-/// Barrier parameter from which a start beside a maximum is not forgotten.
-constexpr double kMuBeside = 1e-4;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
 
@@ -50,24 +41,6 @@ struct Beside {
   std::vector<double> lambda;
   bool looked = false;
 };
-
-/// Whether the maximizer has constraints other than equations.
-bool has_inequality(const ProblemStructure& s, const SolverOptions& options) {
-  for (const auto j : indices(s.constraint_lower)) {
-    const bool bounded = s.constraint_lower[j] > options.nlp_lower_bound_inf ||
-                         s.constraint_upper[j] < options.nlp_upper_bound_inf;
-    if (bounded && s.constraint_lower[j] < s.constraint_upper[j]) return true;
-  }
-  return false;
-}
-
-/// Whether Y may consist of several parts, of which the starts may see a few: Max has constraints
-/// beside the equations by which states follow from variables in boxes.
-bool may_be_disconnected(const ProblemStructure& s, std::size_t boxed, std::size_t free,
-                         const SolverOptions& options) {
-  if (s.constraint_lower.empty()) return false;
-  return has_inequality(s, options) || boxed == 0 || count_equations(s) > free - boxed;
-}
 
 /// Whether so many maximizations ended at few maxima, far from the limit.
 bool is_far(const MaximaOverY& found, double limit) {
@@ -94,11 +67,10 @@ bool is_worth_more(const MaximaOverY& found, double limit, Index made) {
 /// Empty where the constraints do not hold, or the function is undefined.
 std::optional<double> value_where_feasible(Problem& inner, const SolverOptions& options,
                                            const std::vector<double>& v, Counts& counts) {
-  std::vector<double> g(inner.structure().constraint_lower.size());
   double value = 0.0;
   ++counts.objective;
   ++counts.constraints;
-  if (is_feasible(inner, options, v, g) && inner.objective(v, false, value)) return value;
+  if (is_feasible(inner, options, v) && inner.objective(v, false, value)) return value;
   return {};
 }
 
@@ -161,15 +133,9 @@ class MaximizationOverY {
         limit_(limit),
         own_(starting_values(inner)),
         sampled_(with_bounds_of_rows(inner, own_, context.work.counts)),
-        ranges_(sampled_) {
-    for (const auto i : indices(s_.variable_lower)) {
-      if (s_.variable_lower[i] < s_.variable_upper[i]) free_.push_back(i);
-    }
-    const std::size_t boxed = boxed_variables(s_, options_).size();
-    is_boxed_ = boxed == free_.size();
-    is_connected_ = !may_be_disconnected(s_, boxed, free_.size(), options_);
-    follows_ = is_connected_ && count_equations(s_) + boxed == free_.size();
-    has_branches_ = count_equations(s_) > 0 && !context_.complete;
+        ranges_(sampled_),
+        y_(s_, options_),
+        has_branches_(y_.equations > 0 && !context.complete) {
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
@@ -179,23 +145,21 @@ class MaximizationOverY {
     if (context_.complete) found_.range.accuracy = kSolvedTo * options_.tol;
   }
 
-  [[nodiscard]] MaximaOverY run(Index starts, std::vector<std::vector<double>> given) {
+  [[nodiscard]] MaximaOverY run(Index starts, Points given) {
     if (starts > 1 && !options_.minmax_concave_in_y) {
-      auto corner = best_corner(inner_, options_);
-      if (!corner) corner = best_corner_held();
-      if (corner) given.push_back(std::move(*corner));
+      std::vector<double> corner = best_corner();
+      if (corner.empty()) corner = best_corner_held();
+      if (!corner.empty()) given.push_back(std::move(corner));
     }
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
-    Result detection;
-    detection.counts = structure_.detect(inner_, options_);
-    add_work(detection, context_.work);
+    context_.work.counts += structure_.detect(inner_, options_);
     Index start = 0;
     const bool looks_longer = limit_ && may_look_longer(options_);
     const auto may_be_higher = [&] {
       return looks_longer && is_worth_more(found_, *limit_, start);
     };
     const auto goes_on = [&] {
-      const bool may_end = looks_longer && is_connected_ && !has_branches_;
+      const bool may_end = looks_longer && y_.is_connected() && !has_branches_;
       return (start < count && !(may_end && is_far(found_, *limit_))) ||
              (start < kMostStartsOfRows && may_be_higher());
     };
@@ -242,19 +206,55 @@ class MaximizationOverY {
   }
 
  private:
+  /// The start with the variables that have two bounds at one: is_upper(k) says whether the k-th is
+  /// at its upper one.
+  template <class IsUpper>
+  [[nodiscard]] std::vector<double> at_corner(const IsUpper& is_upper) const {
+    std::vector<double> v = own_;
+    for (const auto k : indices(y_.boxed)) {
+      const std::size_t i = y_.boxed[k];
+      v[i] = (is_upper(k) ? s_.variable_upper : s_.variable_lower)[i];
+    }
+    return v;
+  }
+
+  /// Corners of the box of y have numbers below this: bit k says at which bound the k-th is.
+  [[nodiscard]] std::size_t corners() const { return std::size_t{1} << y_.boxed.size(); }
+  [[nodiscard]] std::vector<double> corner(std::size_t number) const {
+    return at_corner([&](std::size_t k) { return (number >> k & 1U) != 0; });
+  }
+
+  /// The corner of the box of y with the largest value; empty: y is no box, or of too many
+  /// variables.
+  [[nodiscard]] std::vector<double> best_corner() {
+    constexpr std::size_t kMostOfCorners = 8;
+    std::vector<double> best;
+    if (own_.empty() || y_.boxed.empty() || y_.boxed.size() > kMostOfCorners || !y_.is_box() ||
+        y_.equations > 0 || y_.has_inequalities) {
+      return best;
+    }
+    double highest = -kInfinity;
+    for (std::size_t number = 0; number < corners(); ++number) {
+      std::vector<double> v = corner(number);
+      double f = 0.0;
+      if (!inner_.objective(v, true, f) || !(f > highest)) continue;
+      highest = f;
+      best = std::move(v);
+    }
+    return best;
+  }
+
   /// Where few variables have two bounds and others follow them by equations, as states do unknown
   /// parameters: the corner of these with the largest value, by a solve that holds them there for
   /// each. One that diverges, as on an unstable trajectory, may be worse than all others.
-  [[nodiscard]] std::optional<std::vector<double>> best_corner_held() {
-    const std::vector<std::size_t> boxed = boxed_variables(s_, options_);
-    if (own_.empty() || boxed.empty() || boxed.size() > kMostHeld || is_boxed_ || !is_connected_)
+  [[nodiscard]] std::vector<double> best_corner_held() {
+    if (own_.empty() || y_.boxed.empty() || y_.boxed.size() > kMostHeld || y_.is_box() ||
+        !y_.is_connected())
       return {};
-    held_ = boxed;
+    held_ = y_.boxed;
     std::optional<Result> best;
-    std::vector<double> v = own_;
-    for (std::size_t corner = 0; corner < (std::size_t{1} << boxed.size()); ++corner) {
-      if (context_.budget.used_up()) break;
-      move_to_corner(s_, boxed, corner, v);
+    for (std::size_t number = 0; number < corners() && !context_.budget.used_up(); ++number) {
+      const std::vector<double> v = corner(number);
       Result result = solve_held(v);
       if (!is_success(result.status)) {
         found_.valueless_corners.push_back(v);
@@ -281,14 +281,16 @@ class MaximizationOverY {
     return result;
   }
 
-  /// First where trajectories are at their worst; then a random one, every other one above it,
+  /// First where trajectories are at their worst: what has two bounds all at lower bounds, all at
+  /// upper ones, and in turn, for random disturbances cancel along a trajectory and what is worst
+  /// mostly pushes one way. Then a random one, every other one above it,
   /// unless single variables lead away from Y at once. Empty: what follows diverges.
   [[nodiscard]] std::vector<double> drawn(Index start, SolverOptions& options) {
-    if (held_.empty()) {
-      if (auto corner = corner_in_step(s_, options_, own_, ++corners_)) {
-        options = staying_near(options, kMuBeside);
-        return std::move(*corner);
-      }
+    constexpr std::size_t kCorners = 4;
+    if (held_.empty() && !y_.boxed.empty() && y_.equations > 0 && corners_ < kCorners) {
+      options = staying_near(options);
+      const std::size_t corner = corners_++, step = corner > 1 ? 1 : 0;
+      return at_corner([&](std::size_t k) { return (corner + k * step) % 2 == 1; });
     }
     const Index number = context_.drawn + start;
     std::vector<double> v = random_start(sampled_, own_, number, options_);
@@ -298,11 +300,10 @@ class MaximizationOverY {
       Result result = solve_held(std::move(moved));
       return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
     }
-    const bool climbs = start % 2 == 0 && limit_ && !found_.maxima.empty() &&
-                        count_equations(s_) == 0 &&
-                        boxed_variables(s_, options_).size() > kMostHeld;
+    const bool climbs = start % 2 == 0 && limit_ && !found_.maxima.empty() && y_.equations == 0 &&
+                        y_.boxed.size() > kMostHeld;
     if (!climbs) return v;
-    options = staying_near(options, kMuBeside);
+    options = staying_near(options);
     return start_above(inner_, options_, center(found_.maxima), std::move(v), number,
                        context_.work.counts);
   }
@@ -312,7 +313,7 @@ class MaximizationOverY {
   [[nodiscard]] std::vector<double> higher_sample() {
     constexpr Index kPoints = 32;
     std::vector<double> best;
-    if (own_.empty() || count_equations(s_) > 0) return best;
+    if (own_.empty() || y_.equations > 0) return best;
     double highest = found_.highest();
     for (Index k = 1; k <= kPoints; ++k) {
       std::vector<double> v = random_start(sampled_, own_, kMostStartsOfRows + k, options_);
@@ -333,7 +334,7 @@ class MaximizationOverY {
   /// those on which x rests have one value, too.
   /// False: nothing more can be done.
   [[nodiscard]] bool look_beside() {
-    SolverOptions options = staying_near(options_, kMuBeside);
+    SolverOptions options = staying_near(options_);
     options.minmax_max_restarts = 0;
     const auto looked_at_height_of = [&](double value) {
       Index looked = 0;
@@ -421,9 +422,9 @@ class MaximizationOverY {
       const std::size_t n = context_.told.variable_players.size();
       if (n < info.v.size()) {
         told.v = info.v.first(n);
-        told.result = [this, n, &info] {
+        told.result = [this, &info] {
           Result result = info.result();
-          cut(n, context_.told.constraint_players.size(), result);
+          cut(context_.told, result);
           return result;
         };
       }
@@ -438,7 +439,7 @@ class MaximizationOverY {
     if (own_.empty()) return false;
     std::vector<double> there = v;
     for (const double times : {1e3, 1e6, 1e9}) {
-      for (const std::size_t i : free_) {
+      for (const std::size_t i : y_.free) {
         there[i] = std::clamp(own_[i] + times * (v[i] - own_[i]), s_.variable_lower[i],
                               s_.variable_upper[i]);
       }
@@ -451,17 +452,17 @@ class MaximizationOverY {
   void add(const Result& result) {
     using enum Status;
     const bool runs_away =
-        !is_boxed_ && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
-                       result.status == DivergingIterates);
+        !y_.is_box() && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
+                         result.status == DivergingIterates);
     const bool maximum = is_success(result.status);
     found_.maximized = found_.maximized || maximum || runs_away;
     if (maximum || runs_away) highest_maximum_ = std::max(highest_maximum_, result.objective);
     found_.single_branch = found_.single_branch && maximum;
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-    if (runs_away || (maximum && !certified && limit_ && !is_boxed_ && !follows_)) {
+    if (runs_away || (maximum && !certified && limit_ && !y_.is_box() && !y_.follows_box())) {
       // Far away and infeasible, nothing is seen of f.
       double size = 0.0;
-      for (const std::size_t i : free_) size = std::max(size, std::abs(result.v[i]));
+      for (const std::size_t i : y_.free) size = std::max(size, std::abs(result.v[i]));
       const bool seen = result.error.primal <= options_.constr_viol_tol * size;
       if (seen && (!limit_ || exceeds_farther_out(result.v))) found_.unbounded = true;
     }
@@ -483,7 +484,7 @@ class MaximizationOverY {
     if (context_.witnesses != nullptr) context_.witnesses->add(v);
     ranges_.see(v);
     for (WorstCaseMaximum& known : found_.maxima) {
-      if (!same_point(v, known.v, ranges_, free_, options_.minmax_distinct_tol) ||
+      if (!same_point(v, known.v, ranges_, y_.free, options_.minmax_distinct_tol) ||
           !found_.is_as_high(value, known.value)) {
         continue;
       }
@@ -508,11 +509,8 @@ class MaximizationOverY {
   std::vector<double> own_;   ///< where the problem starts; empty: nowhere
   ProblemStructure sampled_;  ///< inner_'s, with all bounds that are known
   VariableRanges ranges_;
-  std::vector<std::size_t> free_;  ///< variables that are not held
-  bool is_boxed_ = false;          ///< these all have two bounds: none of them can run away
-  bool is_connected_ = true;       ///< boxes, and states that follow from variables in them
-  bool follows_ = false;           ///< equations determine what has not two bounds
-  bool has_branches_ = false;      ///< these are not known to be explicit
+  SetOfY y_;
+  bool has_branches_;  ///< equations are not known to be explicit
   SearchStructure structure_;
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away
@@ -520,33 +518,19 @@ class MaximizationOverY {
   double accuracy_ = kInfinity;          ///< of the value that a maximization leaves
   std::vector<std::size_t> held_;        ///< few variables that all others follow; none: empty
   std::vector<Beside> beside_;           ///< each of the maxima
-  Index corners_ = 0;                    ///< that starts have had
+  std::size_t corners_ = 0;              ///< that starts have had
 };
 
 }  // namespace
 
-double MaximaOverY::highest() const {
-  double value = -kInfinity;
-  for (const WorstCaseMaximum& maximum : maxima) value = std::max(value, maximum.value);
-  return value;
-}
-
-std::vector<double> MaximaOverY::heights() const {
-  std::vector<double> values;
-  for (const WorstCaseMaximum& maximum : maxima) {
-    const auto as_high = [&](double value) { return is_as_high(value, maximum.value); };
-    if (maximum.certified && std::ranges::none_of(values, as_high)) values.push_back(maximum.value);
-  }
-  return values;
-}
-
-void cut(std::size_t n, std::size_t m, Result& result) {
-  for (auto* values : {&result.v, &result.z_lower, &result.z_upper}) {
-    if (values->size() > n) values->resize(n);
-  }
-  for (auto* values : {&result.lambda, &result.constraints}) {
-    if (values->size() > m) values->resize(m);
-  }
+void cut(const ProblemStructure& model, Result& result) {
+  const auto shorten = [](std::vector<double>& values, std::size_t most) {
+    if (values.size() > most) values.resize(most);
+  };
+  for (auto* values : {&result.v, &result.z_lower, &result.z_upper})
+    shorten(*values, model.variable_players.size());
+  for (auto* values : {&result.lambda, &result.constraints})
+    shorten(*values, model.constraint_players.size());
 }
 
 Index starts_over_y_of_rows(const SolverOptions& options) {
@@ -561,132 +545,16 @@ Index starts_over_y_of_objective(const SolverOptions& options) {
   return std::max(0, options.minmax_worst_case_starts);
 }
 
-MaximaOverY maximize_over_y(Problem& inner, Index starts,
-                            const std::vector<std::vector<double>>& given,
+MaximaOverY maximize_over_y(Problem& inner, Index starts, const Points& given,
                             const MaximizationContext& context, std::optional<double> limit) {
   return MaximizationOverY(inner, context, limit).run(starts, given);
 }
 
 MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index starts,
-                               const std::vector<std::vector<double>>& given,
-                               const MaximizationContext& context) {
+                               const Points& given, const MaximizationContext& context) {
   Held inner = alone(model, Player::Max, v);
   if (context.options.minmax_concave_in_y) return maximize_over_y(inner, 1, {}, context);
   return maximize_over_y(inner, starts, given, context);
-}
-
-std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
-                                                   const SolverOptions& options) {
-  if (!may_look_longer(options) || options.minmax_worst_case_proof) return {};
-  std::vector<RobustWorstCase> followed;
-  for (RobustWorstCase& one : last) {
-    if (!(one.range > 0.0)) continue;
-    const auto known = std::ranges::find_if(followed, [&](const RobustWorstCase& other) {
-      return other.constraint == one.constraint && other.side == one.side;
-    });
-    if (known == followed.end()) {
-      followed.push_back(std::move(one));
-    } else if (std::pair(one.active, one.side * one.value) >
-               std::pair(known->active, known->side * known->value)) {
-      *known = std::move(one);
-    }
-  }
-  std::ranges::stable_sort(followed, {}, &RobustWorstCase::age);
-  followed.resize(followed.size() - followed.size() / kSolvesOfFullSearches);
-  std::erase_if(followed, [](const RobustWorstCase& one) {
-    return one.age + 1 >= static_cast<Index>(kSolvesOfFullSearches);
-  });
-  return followed;
-}
-
-std::vector<MaximaOverY> scan_robust_constraints(Problem& model, const std::vector<double>& x,
-                                                 Index starts,
-                                                 const std::vector<RobustCopies::WorstCase>& known,
-                                                 const std::vector<RobustWorstCase>& followed,
-                                                 const RobustScopes& scopes, const RowUnits& units,
-                                                 const MaximizationContext& context) {
-  const ProblemStructure& s = model.structure();
-  const auto scan_in = [&](const RobustScope& scope, Index row, int side, double bound,
-                           double accepted) {
-    MaximaOverY scan;
-    if (context.budget.used_up()) return scan;
-    std::vector<std::vector<double>> given;
-    for (const RobustCopies::WorstCase& other : known) {
-      if (other.constraint == row && other.side * side >= 0) given.push_back(other.v);
-    }
-    const auto last = std::ranges::find_if(followed, [&](const RobustWorstCase& one) {
-      return one.constraint == row && one.side == side && one.v.size() == x.size();
-    });
-    const bool was_active = last != followed.end() && last->active;
-    MaximizationContext own = context;
-    own.size = units.size[at(row)];
-    if (!scope.follows.empty())
-      own.complete = [&](std::vector<double>& v) { return complete(model, scope.follows, v); };
-    if (last != followed.end() && !was_active) {
-      std::vector<double> v = x;
-      for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
-      for (const auto& [equation, i] : scope.follows) v[at(i)] = last->v[at(i)];
-      RowOverY problem(model, row, side, std::move(v), scope);
-      own.options = staying_near(context.options, kMuBeside);
-      own.options.minmax_max_restarts = 0;
-      scan = maximize_over_y(problem, 1, {}, own);
-      if (scan.is_complete()) {
-        const double below = bound - scan.maxima.front().value;
-        scan.spread = last->range;
-        scan.age = last->age + 1;
-        if (!is_near_limit(below / units.factor[at(row)], last->range)) return scan;
-        given.push_back(scan.maxima.front().v);
-      }
-      own.options = context.options;
-    }
-    RowOverY problem(model, row, side, x, scope);
-    if (was_active) own.options.minmax_worst_case_starts = starts;  // and no more
-    scan = maximize_over_y(problem, starts, given, own,
-                           starts > 0 ? std::optional(accepted) : std::nullopt);
-    if (!scan.may_be_higher())
-      scan.spread = (scan.range.most - scan.range.least) / units.factor[at(row)];
-    if (was_active) {
-      scan.spread = std::max(scan.spread, last->range);
-      scan.age = last->age + 1;
-    }
-    if (scan.proof) {
-      for (double* value : {&scan.proof->seen, &scan.proof->proved})
-        *value = units.value(at(row), side, *value);
-      describe(row, side, *scan.proof);
-    }
-    return scan;
-  };
-  // Where a trajectory that goes on diverges y is not Max's.
-  const auto scan_side = [&](Index row, int side, double bound, double accepted) {
-    RobustScope scope = scopes.of(row);
-    MaximaOverY scan = scan_in(scope, row, side, bound, accepted);
-    if (!scan.completed) {
-      scope = scopes.all_of(row);
-      scan = scan_in(scope, row, side, bound, accepted);
-    }
-    if (scope.idle.empty() || !scope.follows.empty() || starts == 0) return scan;
-    // What is idle may decide which y have a solution of the equations at all.
-    scope.idle.clear();
-    MaximaOverY other = scan_in(scope, row, side, bound, accepted);
-    return other.is_higher(other.highest(), scan.highest()) ? other : scan;
-  };
-  std::vector<MaximaOverY> scans;
-  for (const Index row : robust_constraints(s)) {
-    const double lower = s.constraint_lower[at(row)], upper = s.constraint_upper[at(row)];
-    for (const int side : {1, -1}) {
-      const bool bounded = side > 0 ? upper < context.options.nlp_upper_bound_inf
-                                    : lower > context.options.nlp_lower_bound_inf;
-      if (!bounded) continue;
-      const double bound = side > 0 ? upper : -lower;
-      const double accepted = bound + relaxation(bound, upper - lower, context.options);
-      MaximaOverY& scan = scans.emplace_back(scan_side(row, side, bound, accepted));
-      scan.constraint = row;
-      scan.side = side;
-      scan.bound = bound;
-      scan.accepted = accepted;
-    }
-  }
-  return scans;
 }
 
 }  // namespace ipminmax

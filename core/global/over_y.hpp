@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/global/audit.hpp"
+#include "core/global/points.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/compare.hpp"
 #include "core/options.hpp"
@@ -17,6 +18,7 @@
 #include "core/robust/robust_copies.hpp"
 #include "core/robust/row_units.hpp"
 #include "core/worst_case.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -61,10 +63,23 @@ struct MaximizationContext {
   std::function<bool(std::vector<double>&)> complete{};
 };
 
+/// A bounded side of a robust constraint.
+struct RobustBound {
+  Index constraint = -1;
+  int side = 1;           ///< 1: of the upper bound, -1: of the lower one
+  double bound = 0.0;     ///< of side times the constraint
+  double accepted = 0.0;  ///< the bound, relaxed
+
+  /// Whether it is the one that a worst case is about.
+  [[nodiscard]] bool is_of(const RobustWorstCase& one) const {
+    return constraint == one.constraint && side == one.side;
+  }
+};
+
 /// What maximizing f, or side times a robust constraint, over y at one x has found.
-struct MaximaOverY {
-  std::vector<WorstCaseMaximum> maxima;     ///< distinct, the largest value first
-  std::vector<std::vector<double>> starts;  ///< where the maximizations began, n values each
+struct MaximaOverY : RobustBound {
+  std::vector<WorstCaseMaximum> maxima;  ///< distinct, the largest value first
+  Points starts;                         ///< where the maximizations began, n values each
   /// Of the values at the feasible points that the maximizations went through.
   ValueRange range;
   Index made = 0;
@@ -75,19 +90,15 @@ struct MaximaOverY {
   bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
   bool completed = true;      ///< false: some maxima could not be, and are left out
   /// Of few variables that others follow: those that have no value, n values each.
-  std::vector<std::vector<double>> valueless_corners;
+  Points valueless_corners;
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
   double tol = 0.0;  ///< of the range: values that differ by less are as high
 
   // Of a robust constraint:
-  Index constraint = -1;
-  int side = 1;           ///< 1: of the upper bound, -1: of the lower one
-  double bound = 0.0;     ///< of side times the constraint
-  double accepted = 0.0;  ///< the bound, relaxed
-  double spread = 0.0;    ///< of the values seen in the last full search; the model's units
-  Index age = 0;          ///< solves since that search
+  double spread = 0.0;  ///< of the values seen in the last full search; the model's units
+  Index age = 0;        ///< solves since that search
 
   [[nodiscard]] bool is_higher(double value, double other) const {
     return clearly_greater(value, other, range, tol);
@@ -96,9 +107,21 @@ struct MaximaOverY {
     return !is_higher(value, other) && !is_higher(other, value);
   }
   /// Value of the maxima; -infinity: there is none.
-  [[nodiscard]] double highest() const;
+  [[nodiscard]] double highest() const {
+    double value = -kInfinity;
+    for (const WorstCaseMaximum& maximum : maxima) value = std::max(value, maximum.value);
+    return value;
+  }
   /// The values of certified maxima that differ clearly.
-  [[nodiscard]] std::vector<double> heights() const;
+  [[nodiscard]] std::vector<double> heights() const {
+    std::vector<double> values;
+    for (const WorstCaseMaximum& maximum : maxima) {
+      const auto as_high = [&](double value) { return is_as_high(value, maximum.value); };
+      if (maximum.certified && std::ranges::none_of(values, as_high))
+        values.push_back(maximum.value);
+    }
+    return values;
+  }
   [[nodiscard]] bool any_certified() const {
     return std::ranges::any_of(maxima, &WorstCaseMaximum::certified);
   }
@@ -124,47 +147,32 @@ struct MaximaOverY {
   }
 };
 
+/// What was found of each bounded side of each robust constraint.
+using Scans = std::vector<MaximaOverY>;
+
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box
 /// of few variables, the given points (n values each) and random ones, `starts` in all or, if more,
 /// one for each that is given. limit: more random ones, unless their number is an option's, while
 /// they find other maxima and none is above it, but one could be.
-[[nodiscard]] MaximaOverY maximize_over_y(Problem& inner, Index starts,
-                                          const std::vector<std::vector<double>>& given,
+[[nodiscard]] MaximaOverY maximize_over_y(Problem& inner, Index starts, const Points& given,
                                           const MaximizationContext& context,
                                           std::optional<double> limit = {});
 
 /// The maximizer's problem of f at the x of v: Min variables are fixed, Min constraints absent.
 [[nodiscard]] MaximaOverY maximize_objective(Problem& model, std::span<const double> v,
-                                             Index starts,
-                                             const std::vector<std::vector<double>>& given,
+                                             Index starts, const Points& given,
                                              const MaximizationContext& context);
 
 /// Maximizes f over y at the x of a result, from its y, the given points' and random ones; kept in
 /// result.worst_case and result.over_y.
-void look_for_worst_case(Problem& problem, Index starts,
-                         const std::vector<std::vector<double>>& given,
+void look_for_worst_case(Problem& problem, Index starts, const Points& given,
                          const MaximizationContext& context, Result& result);
 
 /// Where the second-order test of a game's answer is undecided: says so if it is a saddle point
 /// (gap.hpp). Work is added, iterations apart; the listener hears nothing.
 void add_gap(Problem& model, const SolverOptions& options, Budget& budget, Result& result);
 
-/// Cuts what another form of a model has behind the model's own n variables and m constraints.
-void cut(std::size_t n, std::size_t m, Result& result);
-
-/// Maximizes each bounded side of each robust constraint over all of y at the x of a point, from
-/// the known worst cases and others. scopes: of the model. units: of its rows, for what is said of
-/// proofs. followed: worst cases of the last solve, at most one
-/// of a side. If x rested on it, the side is searched from `starts` starts alone. Else, if this
-/// maximum is far from the limit when it has moved with x, the side is not searched further.
-[[nodiscard]] std::vector<MaximaOverY> scan_robust_constraints(
-    Problem& model, const std::vector<double>& x, Index starts,
-    const std::vector<RobustCopies::WorstCase>& known, const std::vector<RobustWorstCase>& followed,
-    const RobustScopes& scopes, const RowUnits& units, const MaximizationContext& context);
-
-/// Of each side the highest worst case of the last solve, unless its full search is among the
-/// oldest: then it is searched fully in this one.
-[[nodiscard]] std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
-                                                                 const SolverOptions& options);
+/// Cuts what another form of a model has behind the model's own variables and constraints.
+void cut(const ProblemStructure& model, Result& result);
 
 }  // namespace ipminmax

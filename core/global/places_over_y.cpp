@@ -7,37 +7,26 @@
 #include <utility>
 
 #include "core/model/indices.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
-#include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
 
-/// Most variables of a box whose corners are all looked at.
-constexpr std::size_t kMostOfCorners = 8;
 /// By which a start that leaves Y is drawn back, again and again.
 constexpr double kDrawnBack = 0.8;
 constexpr int kMostDrawnBack = 10;
 /// Of a box: the distance from which a variable is not at a bound of it.
 constexpr double kOffBound = 1e-3;
 
-/// Whether a variable is free and has two bounds.
-bool is_boxed(const ProblemStructure& s, const SolverOptions& options, std::size_t i) {
-  return s.variable_lower[i] < s.variable_upper[i] &&
-         s.variable_lower[i] > options.nlp_lower_bound_inf &&
-         s.variable_upper[i] < options.nlp_upper_bound_inf;
-}
-
 /// From the center that share of the way, or less where Max's constraints do not hold there.
 std::vector<double> drawn_back(Problem& inner, const SolverOptions& options,
                                std::span<const double> center, const std::vector<double>& from,
                                double share) {
-  std::vector<double> v(from.size()), g(inner.structure().constraint_lower.size());
+  std::vector<double> v(from.size());
   for (int k = 0; k <= kMostDrawnBack; ++k, share *= kDrawnBack) {
     for (const auto i : indices(v)) v[i] = center[i] + share * (from[i] - center[i]);
-    if (is_feasible(inner, options, v, g)) break;
+    if (is_feasible(inner, options, v)) break;
   }
   return v;
 }
@@ -58,46 +47,60 @@ double lagrangian(Problem& inner, const std::vector<double>& v, const std::vecto
   return sum;
 }
 
-/// The bounds of a boxed variable at which it is not.
-std::vector<double> other_bounds(const ProblemStructure& s, const std::vector<double>& v,
-                                 std::size_t i) {
-  const double least = kOffBound * (s.variable_upper[i] - s.variable_lower[i]);
-  std::vector<double> bounds;
-  for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
-    if (std::abs(bound - v[i]) >= least) bounds.push_back(bound);
+/// Moves single boxed variables of v, one after the other, to bounds at which they are not. A move
+/// stays if keep(variable, bound, f + lambda'g there) says so.
+template <class Keep>
+void try_bounds(Problem& inner, const SolverOptions& options, std::vector<double>& v,
+                const std::vector<double>& lambda, Counts& counts, const Keep& keep) {
+  for (const std::size_t i : SetOfY(inner.structure(), options).boxed) {
+    const double lower = inner.structure().variable_lower[i], own = v[i];
+    const double upper = inner.structure().variable_upper[i];
+    for (const double bound : {lower, upper}) {
+      if (!(std::abs(bound - own) >= kOffBound * (upper - lower))) continue;
+      const double before = std::exchange(v[i], bound);
+      if (!keep(i, bound, lagrangian(inner, v, lambda, counts))) v[i] = before;
+    }
   }
-  return bounds;
 }
 
 /// Single variables moved to bounds as long as f grows; empty: it does not.
 std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,
                                     std::vector<double> v, Counts& counts) {
-  const std::vector<std::size_t> boxed = boxed_variables(inner.structure(), options);
   double highest = lagrangian(inner, v, {}, counts);
   bool moved = false;
   for (bool gained = true; gained;) {
     gained = false;
-    for (const std::size_t i : boxed) {
-      for (const double bound : other_bounds(inner.structure(), v, i)) {
-        const double before = std::exchange(v[i], bound);
-        const double value = lagrangian(inner, v, {}, counts);
-        if (value > highest) {
-          highest = value;
-          gained = moved = true;
-        } else {
-          v[i] = before;
-        }
-      }
-    }
+    try_bounds(inner, options, v, {}, counts, [&](std::size_t, double, double value) {
+      if (!(value > highest)) return false;
+      highest = value;
+      return gained = moved = true;
+    });
   }
   return moved ? v : std::vector<double>{};
 }
 
 }  // namespace
 
-bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const double> v,
-                 std::vector<double>& g) {
+SetOfY::SetOfY(const ProblemStructure& s, const SolverOptions& options)
+    : has_rows(!s.constraint_lower.empty()) {
+  for (const auto i : indices(s.variable_lower)) {
+    const double lower = s.variable_lower[i], upper = s.variable_upper[i];
+    if (!(lower < upper)) continue;
+    free.push_back(i);
+    if (lower > options.nlp_lower_bound_inf && upper < options.nlp_upper_bound_inf)
+      boxed.push_back(i);
+  }
+  for (const auto j : indices(s.constraint_lower)) {
+    const double lower = s.constraint_lower[j], upper = s.constraint_upper[j];
+    if (lower == upper) ++equations;
+    const bool bounded = lower > options.nlp_lower_bound_inf || upper < options.nlp_upper_bound_inf;
+    if (bounded && lower < upper) has_inequalities = true;
+  }
+}
+
+bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const double> v) {
   const ProblemStructure& s = inner.structure();
+  std::vector<double> g(s.constraint_lower.size());
   if (!inner.constraints(v, true, g)) return false;
   for (const auto j : indices(g)) {
     if (!(g[j] >= s.constraint_lower[j] - options.constr_viol_tol) ||
@@ -108,80 +111,16 @@ bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const d
   return true;
 }
 
-SolverOptions staying_near(const SolverOptions& options, double mu) {
+SolverOptions staying_near(const SolverOptions& options) {
+  constexpr double kMuNear = 1e-4;
   SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, mu);
+  near.mu_init = std::min(options.mu_init, kMuNear);
   for (double* push :
        {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, mu);
+    *push = std::min(*push, kMuNear);
   }
   near.bound_mult_init_method = BoundMultiplierInit::MuBased;
   return near;
-}
-
-std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
-                                         const SolverOptions& options) {
-  std::vector<std::size_t> boxed;
-  for (const auto i : indices(structure.variable_lower)) {
-    if (is_boxed(structure, options, i)) boxed.push_back(i);
-  }
-  return boxed;
-}
-
-std::size_t count_equations(const ProblemStructure& structure) {
-  std::size_t count = 0;
-  for (const auto j : indices(structure.constraint_lower))
-    count += structure.constraint_lower[j] == structure.constraint_upper[j] ? 1U : 0U;
-  return count;
-}
-
-std::optional<std::vector<double>> corner_in_step(const ProblemStructure& structure,
-                                                  const SolverOptions& options,
-                                                  std::vector<double> v, Index number) {
-  constexpr Index kCorners = 4;
-  const std::vector<std::size_t> boxed = boxed_variables(structure, options);
-  if (number > kCorners || boxed.empty() || count_equations(structure) == 0) return {};
-  const std::size_t step = number > 2 ? 1 : 0;
-  for (const auto k : indices(boxed)) {
-    const bool upper = (at(number - 1) + k * step) % 2 == 1;
-    v[boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[boxed[k]];
-  }
-  return v;
-}
-
-void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,
-                    std::size_t corner, std::vector<double>& v) {
-  for (const auto k : indices(boxed)) {
-    const bool upper = (corner >> k & 1U) != 0;
-    v[boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[boxed[k]];
-  }
-}
-
-std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptions& options) {
-  const ProblemStructure& s = inner.structure();
-  const std::vector<std::size_t> free = boxed_variables(s, options);
-  std::size_t variables = 0;
-  for (const auto i : indices(s.variable_lower)) {
-    if (s.variable_lower[i] < s.variable_upper[i]) ++variables;
-  }
-  if (free.empty() || free.size() > kMostOfCorners || free.size() < variables) return std::nullopt;
-  for (const auto j : indices(s.constraint_lower)) {
-    if (s.constraint_lower[j] > options.nlp_lower_bound_inf ||
-        s.constraint_upper[j] < options.nlp_upper_bound_inf) {
-      return std::nullopt;
-    }
-  }
-  std::optional<std::vector<double>> best;
-  std::vector<double> v = starting_values(inner);
-  double highest = -kInfinity;
-  for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << free.size()); ++corner) {
-    move_to_corner(s, free, corner, v);
-    double f = 0.0;
-    if (!inner.objective(v, true, f) || !(f > highest)) continue;
-    highest = f;
-    best = v;
-  }
-  return best;
 }
 
 std::vector<double> start_above(Problem& inner, const SolverOptions& options,
@@ -190,35 +129,30 @@ std::vector<double> start_above(Problem& inner, const SolverOptions& options,
   const ProblemStructure& s = inner.structure();
   std::mt19937_64 generator(at(start));
   const double share = uniform(generator);
-  std::vector<double> middle(center.begin(), center.end()), g(s.constraint_lower.size());
-  for (const std::size_t i : boxed_variables(s, options)) {
+  std::vector<double> middle(center.begin(), center.end());
+  for (const std::size_t i : SetOfY(s, options).boxed) {
     middle[i] = 0.5 * (s.variable_lower[i] + s.variable_upper[i]);
     random[i] = random[i] > middle[i] ? s.variable_upper[i] : s.variable_lower[i];
   }
-  if (is_feasible(inner, options, middle, g)) center = middle;
+  if (is_feasible(inner, options, middle)) center = middle;
   std::vector<double> v = drawn_back(inner, options, center, random, share);
   const std::vector<double> above = moved_to_bounds(inner, options, v, counts);
   return above.empty() ? v : drawn_back(inner, options, center, above, 1.0);
 }
 
-std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& options,
-                                         std::vector<double> v, const std::vector<double>& lambda,
-                                         std::size_t most, Counts& counts) {
+Points next_to(Problem& inner, const SolverOptions& options, std::vector<double> v,
+               const std::vector<double>& lambda, std::size_t most, Counts& counts) {
   struct Move {
     std::size_t variable;
     double bound, value;
   };
   std::vector<Move> moves;
-  for (const std::size_t i : boxed_variables(inner.structure(), options)) {
-    for (const double bound : other_bounds(inner.structure(), v, i)) {
-      const double before = std::exchange(v[i], bound);
-      const double value = lagrangian(inner, v, lambda, counts);
-      if (std::isfinite(value)) moves.push_back({i, bound, value});
-      v[i] = before;
-    }
-  }
+  try_bounds(inner, options, v, lambda, counts, [&](std::size_t i, double bound, double value) {
+    if (std::isfinite(value)) moves.push_back({i, bound, value});
+    return false;
+  });
   std::ranges::stable_sort(moves, std::greater{}, &Move::value);
-  std::vector<std::vector<double>> places;
+  Points places;
   for (std::size_t k = 0; k < std::min(most, moves.size()); ++k) {
     places.push_back(v);
     places.back()[moves[k].variable] = moves[k].bound;

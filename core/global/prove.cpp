@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <atomic>
 #include <exception>
 #include <optional>
 #include <stdexcept>
@@ -8,7 +7,6 @@
 #include <vector>
 
 #include "core/global/over_y.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/ranks.hpp"
@@ -30,10 +28,7 @@ double sign_of(const ProofRequest& request) { return request.least ? -1.0 : 1.0;
 void check(Problem& problem, std::span<const double> v, const ProofRequest& request) {
   const ProblemStructure& s = problem.structure();
   refuse(!has_valid_indices(s), "the model's structure is not valid");
-  refuse(v.size() != s.variable_players.size(),
-         "the point has " + std::to_string(v.size()) + " values for " +
-             std::to_string(s.variable_players.size()) + " variables");
-  refuse(!all_finite(v), "the point is not finite");
+  require_point("a proof over y: the point", s, v);
   refuse(!(request.tolerance > 0.0) || request.most_boxes < 1 || request.starts < 1,
          "tolerance, starts and most_boxes must be positive");
   const Index m = static_cast<Index>(s.constraint_players.size());
@@ -57,7 +52,7 @@ WorstCaseProof find(Problem& problem, std::span<const double> v, const SolverOpt
     found = maximize_objective(problem, v, request.starts, {}, context);
   } else {
     RowOverY row(problem, request.constraint, sign_of(request), {v.begin(), v.end()},
-                 robust_scope(problem.structure(), request.constraint));
+                 RobustScopes(problem.structure()).of(request.constraint));
     found = maximize_over_y(row, request.starts, {}, context);
   }
   return std::move(*found.proof);
@@ -71,59 +66,45 @@ class RankOfAProof {
 
   template <class Search>
   WorstCaseProof run(Search search) {
-    std::atomic<bool> done = false;
-    {
-      const JoinedThread work([&] {
-        try {
-          own_ = search();
-        } catch (...) {
-          failure_ = std::current_exception();
-        }
-        done = true;
-      });
-      while (!done) exchange();
-    }
+    failure_ = run_beside([&] { own_ = search(); }, [&] { exchange(); });
     return ranks_.rank() == 0 ? gather() : hand_in();
   }
 
  private:
+  using Kind = Ranks::Kind;
+
   void exchange() {
     ranks_.beat();
     if (ranks_.stop_requested()) budget_.stop(Status::UserStop);
     while (auto message = ranks_.receive()) {
-      if (message->kind == Ranks::Kind::Stop) budget_.stop(Status::UserStop);
-      if (message->kind != Ranks::Kind::Stop) others_[at(message->rank)] = std::move(message);
+      if (message->kind == Kind::Stop) budget_.stop(Status::UserStop);
+      if (message->kind != Kind::Stop) others_[at(message->rank)] = std::move(message);
     }
     ranks_.pause();
   }
-  [[nodiscard]] bool is_lost(int rank) const {
-    return ranks_.gone(rank) || ranks_.silence(rank) > Ranks::kDeadAfter;
-  }
   void wait_for(int rank) {
-    while (!others_[at(rank)] && !is_lost(rank) && !ranks_.stop_requested()) exchange();
+    while (!others_[at(rank)] && !ranks_.is_lost(rank) && !ranks_.stop_requested()) exchange();
   }
 
   /// Of rank 0: puts the shares together, in the order of the ranks, and tells all.
   WorstCaseProof gather() {
     std::string error = failure_ ? what_of(failure_) : "";
-    for (int rank = 1; rank < ranks_.size(); ++rank) {
-      if (!error.empty()) ranks_.send(rank, Ranks::Kind::Stop);
-    }
+    if (!error.empty()) ranks_.send_to_others(Kind::Stop);
     for (int rank = 1; rank < ranks_.size(); ++rank) {
       wait_for(rank);
       const auto& message = others_[at(rank)];
-      if (message && message->kind == Ranks::Kind::Result) {
+      if (message && message->kind == Kind::Result) {
         add_share(proof_from(message->bytes), own_);
       } else if (error.empty()) {
-        error = message ? std::string(message->bytes.begin(), message->bytes.end())
+        error = message ? message->text()
                         : "rank " + std::to_string(rank) + " of the proof does not answer any more";
       }
       if (!message) ranks_.forget(rank);
     }
-    const auto kind = error.empty() ? Ranks::Kind::Final : Ranks::Kind::Failure;
+    const auto kind = error.empty() ? Kind::Final : Kind::Failure;
     const std::vector<char> bytes =
         error.empty() ? to_bytes(own_) : std::vector<char>(error.begin(), error.end());
-    for (int rank = 1; rank < ranks_.size(); ++rank) ranks_.send(rank, kind, 0, bytes);
+    ranks_.send_to_others(kind, 0, bytes);
     if (failure_) std::rethrow_exception(failure_);
     if (!error.empty()) throw std::runtime_error(error);
     return std::move(own_);
@@ -132,9 +113,9 @@ class RankOfAProof {
   WorstCaseProof hand_in() {
     if (failure_) {
       const std::string error = what_of(failure_);
-      ranks_.send(0, Ranks::Kind::Failure, 0, error);
+      ranks_.send(0, Kind::Failure, 0, error);
     } else {
-      ranks_.send(0, Ranks::Kind::Result, 0, to_bytes(own_));
+      ranks_.send(0, Kind::Result, 0, to_bytes(own_));
     }
     wait_for(0);
     if (failure_) std::rethrow_exception(failure_);
@@ -142,11 +123,8 @@ class RankOfAProof {
       ranks_.forget(0);
       throw std::runtime_error("rank 0 of the proof does not answer any more");
     }
-    const std::vector<char>& bytes = others_[0]->bytes;
-    if (others_[0]->kind == Ranks::Kind::Failure) {
-      throw std::runtime_error(std::string(bytes.begin(), bytes.end()));
-    }
-    return proof_from(bytes);
+    if (others_[0]->kind == Kind::Failure) throw std::runtime_error(others_[0]->text());
+    return proof_from(others_[0]->bytes);
   }
 
   Ranks& ranks_;

@@ -35,34 +35,22 @@ bool has_rows_for_every_y(const ProblemStructure& structure, const SolverOptions
   return options.minmax_robust_constraints && has_robust_constraints(structure);
 }
 
-std::string error_over_y(Problem& model, const SolverOptions& options) {
-  const char* asked = options.minmax_worst_case_proof    ? "minmax_worst_case_proof"
-                      : options.minmax_epigraph          ? "minmax_epigraph"
-                      : options.minmax_epigraph_at_kinks ? "minmax_epigraph_at_kinks"
-                                                         : nullptr;
-  if (asked == nullptr || !has_valid_indices(model.structure()) ||
-      !has_max_variables(model.structure())) {
-    return {};
-  }
-  if (options.minmax_worst_case_proof && model.over_boxes() == nullptr) {
-    return "minmax_worst_case_proof needs a model whose formulas are known (docs/proof.md)";
-  }
-  bool mirrored = options.obj_scaling_factor < 0.0;
-  if (options.nlp_scaling_method == Scaling::User) {
-    UserScaling scaling;
-    if (model.user_scaling(scaling) && scaling.objective < 0.0) mirrored = !mirrored;
-  }
-  if (!mirrored) return {};
-  return std::string(asked) +
-         " cannot be used with a negative factor of the objective, by which y minimizes f";
-}
-
 Result Refinement::from(Problem& model, const std::vector<double>& v, Index start,
                         SearchStructure& structure) const {
   const bool can_branch =
       has_valid_indices(model.structure()) && has_max_variables(model.structure());
   if (options.minmax_epigraph && can_branch) return over_branches(model, v, start, false);
-  Result answer = as_asked(model, v, start, structure);
+  const auto as_asked = [&] {
+    if (has_rows_for_every_y(model.structure(), options)) {
+      InRowUnits rows(model, v);
+      return search_worst_cases({rows, model, rows.units(), options, budget, start,
+                                 starts_over_y_of_rows(options), witnesses},
+                                v, known);
+    }
+    Restarted restarted(model, v);
+    return structure.solve(restarted, options, budget, budget.observer_of(start, among_others));
+  };
+  Result answer = as_asked();
   const bool has_point = !answer.v.empty() && all_finite(answer.v);
   if (!options.minmax_epigraph_at_kinks || !can_branch || !has_point || !may_be_kink(answer.status))
     return answer;
@@ -82,18 +70,6 @@ Result Refinement::from(Problem& model, const std::vector<double>& v, Index star
     if (found) break;
   }
   return answer;
-}
-
-Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index start,
-                            SearchStructure& structure) const {
-  if (has_rows_for_every_y(model.structure(), options)) {
-    InRowUnits rows(model, v);
-    return search_worst_cases({rows, model, rows.units(), options, budget, start,
-                               starts_over_y_of_rows(options), witnesses},
-                              v, known);
-  }
-  Restarted restarted(model, v);
-  return structure.solve(restarted, options, budget, budget.observer_of(start, among_others));
 }
 
 /// With all of y if f turns out to read more of it than was seen around the start.

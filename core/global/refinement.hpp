@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "core/global/audit.hpp"
@@ -29,8 +28,6 @@ struct Refinement {
                             SearchStructure& structure) const;
 
  private:
-  [[nodiscard]] Result as_asked(Problem& model, const std::vector<double>& v, Index start,
-                                SearchStructure& structure) const;
   [[nodiscard]] Result over_branches(Problem& model, const std::vector<double>& v, Index start,
                                      bool at_kink) const;
 };
@@ -38,8 +35,5 @@ struct Refinement {
 /// Whether the model's indices can be followed and it has robust constraints.
 [[nodiscard]] bool has_rows_for_every_y(const ProblemStructure& structure,
                                         const SolverOptions& options);
-
-/// Why f cannot be treated as a robust constraint, or nothing be proved, as asked; empty: it can.
-[[nodiscard]] std::string error_over_y(Problem& model, const SolverOptions& options);
 
 }  // namespace ipminmax

@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include "core/formulas/interval.hpp"
-#include "core/global/choice.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/multistart.hpp"
 #include "core/proof/enclosure.hpp"
 #include "linalg/numbers.hpp"
 
@@ -23,23 +20,26 @@ namespace ipminmax {
 namespace {
 
 /// Copies become what they copy in what the certificate is about; what the solved form has behind
-/// the asked model's n variables and m constraints is left out.
-void name_originals(const RobustCopies& copies, Index n, Index m, Certificate& certificate) {
-  const auto replace = [](std::vector<Index>& indices, Index size, const auto& original) {
+/// the asked model's variables and constraints is left out.
+void name_originals(const RobustCopies& copies, const ProblemStructure& asked,
+                    Certificate& certificate) {
+  const auto replace = [](std::vector<Index>& indices, const std::vector<Index>& originals,
+                          std::size_t size) {
     std::vector<Index> kept;
     for (const Index i : indices) {
-      const Index own = original(i);
-      if (own < size && std::ranges::find(kept, own) == kept.end()) kept.push_back(own);
+      const Index own = originals[at(i)];
+      if (at(own) < size && std::ranges::find(kept, own) == kept.end()) kept.push_back(own);
     }
     indices = std::move(kept);
   };
-  const auto variable = [&](Index i) { return copies.model_variable(i); };
+  const std::size_t n = asked.variable_players.size();
   for (CertificateReason& reason : certificate.reasons) {
-    replace(reason.variables, n, variable);
-    replace(reason.constraints, m, [&](Index j) { return copies.model_row(j); });
+    replace(reason.variables, copies.model_variables(), n);
+    replace(reason.constraints, copies.model_rows(), asked.constraint_players.size());
   }
   Index& least = certificate.least_curvature_variable;
-  if (least >= 0) least = variable(least) < n ? variable(least) : -1;
+  if (least >= 0) least = copies.model_variables()[at(least)];
+  if (least >= static_cast<Index>(n)) least = -1;
 }
 
 /// Worst cases of f whose values differ by less, beside the range of f, are as high.
@@ -61,19 +61,18 @@ void turn_to_objective(double t, WorstCaseProof& proof) {
 }
 
 /// The worst case with the largest f where f is treated as a robust constraint, among equal ones
-/// that with the largest multiplier: its y is the answer to x. Empty: f is not.
-std::optional<std::size_t> highest_branch(Index row_of_f, const RobustCopies& copies,
-                                          const Result& result) {
-  std::optional<std::size_t> best;
+/// that with the largest multiplier: its y is the answer to x. Null: f is not.
+const RobustCopies::Part* highest_branch(Index row_of_f, const RobustCopies& copies,
+                                         const Result& result) {
+  const RobustCopies::Part* best = nullptr;
   double highest = -kInfinity, multiplier = 0.0;
-  for (const auto k : indices(copies.worst_cases())) {
-    const auto row = at(copies.row(k));
-    if (copies.worst_cases()[k].constraint != row_of_f || row >= result.constraints.size())
-      continue;
+  for (const RobustCopies::Part& part : copies.worst_cases()) {
+    const auto row = at(part.row);
+    if (part.worst_case.constraint != row_of_f || row >= result.constraints.size()) continue;
     const double f = result.constraints[row];  // f - t, in units in which its range is about 1
     const double own = std::abs(result.lambda[row]);
     if (f > highest + kSameHeight || (f > highest - kSameHeight && own > multiplier)) {
-      best = k;
+      best = &part;
       highest = f;
       multiplier = own;
     }
@@ -94,46 +93,42 @@ void take_units_back(const RowUnits& units, Result& result) {
 
 Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const Result& result) {
   const std::size_t n = form.solved.structure().variable_players.size();
-  const std::size_t asked_n = form.asked.structure().variable_players.size();
-  const std::size_t asked_m = form.asked.structure().constraint_players.size();
+  const ProblemStructure& asked = form.asked.structure();
+  const ProblemStructure& s = copies.structure();
   Result own = result;
-  name_originals(copies, static_cast<Index>(asked_n), static_cast<Index>(asked_m), own.certificate);
+  name_originals(copies, asked, own.certificate);
   if (result.v.size() < n) return own;
   own.lambda.resize(form.solved.structure().constraint_players.size());
   std::vector<double> largest(n, -1.0);
-  const auto of_objective = highest_branch(static_cast<Index>(asked_m), copies, result);
-  for (const auto k : indices(copies.worst_cases())) {
-    const RobustCopies::WorstCase& one = copies.worst_cases()[k];
-    const Index row = copies.row(k);
-    const double multiplier = result.lambda[at(row)];
-    if (row != one.constraint) own.lambda[at(one.constraint)] += multiplier;
-    const double weight = k == of_objective ? kInfinity : std::abs(multiplier);
-    const std::vector<double> point = copies.model_point(result.v, k);
+  const RobustCopies::Part* of_objective =
+      highest_branch(static_cast<Index>(asked.constraint_players.size()), copies, result);
+  for (const RobustCopies::Part& part : copies.worst_cases()) {
+    const RobustCopies::WorstCase& one = part.worst_case;
+    const double multiplier = result.lambda[at(part.row)];
+    if (part.row != one.constraint) own.lambda[at(one.constraint)] += multiplier;
+    const double weight = &part == of_objective ? kInfinity : std::abs(multiplier);
+    const std::vector<double> point = copies.model_point(result.v, part);
+    std::vector<bool> left_behind(n, false);  // by the copy, which does without
+    if (!part.scope.follows.empty()) {
+      for (const Index i : part.scope.idle) left_behind[at(i)] = true;
+      for (const auto& [equation, i] : part.scope.follows) left_behind[at(i)] = true;
+    }
     for (std::size_t i = 0; i < n; ++i) {
-      const auto copy = at(copies.variable(k, static_cast<Index>(i)));
-      const bool free =
-          copies.structure().variable_lower[i] == copies.structure().variable_upper[i] ||
-          k == of_objective;  // read by nothing, or by a lower branch of f
-      if (copy == i || !free || !(weight > largest[i])) continue;
+      const auto copy = at(part.column[i]);
+      const bool is_unread = s.variable_lower[i] == s.variable_upper[i];
+      // Else a lower branch of f may read it.
+      const bool is_free = is_unread || (copy != i && &part == of_objective);
+      if (!is_free || (copy == i && !left_behind[i]) || !(weight > largest[i])) continue;
       largest[i] = weight;
       own.v[i] = point[i];
+      if (copy == i) continue;
       // No bound of the model's holds the y of a scenario.
       own.z_lower[i] = one.held ? 0.0 : result.z_lower[copy];
       own.z_upper[i] = one.held ? 0.0 : result.z_upper[copy];
     }
-    const auto take = [&](Index i) {  // what the copy has left behind
-      const bool free =
-          copies.structure().variable_lower[at(i)] == copies.structure().variable_upper[at(i)];
-      if (copies.variable(k, i) != i || !free || !(weight > largest[at(i)])) return;
-      largest[at(i)] = weight;
-      own.v[at(i)] = point[at(i)];
-    };
-    if (copies.scope(k).follows.empty()) continue;
-    for (const Index i : copies.scope(k).idle) take(i);
-    for (const auto& [equation, i] : copies.scope(k).follows) take(i);
   }
   take_units_back(form.units, own);
-  cut(asked_n, asked_m, own);
+  cut(asked, own);
   std::ranges::fill(own.constraints, kNaN);
   if (!all_finite(own.v)) return own;
   double f = 0.0;
@@ -144,28 +139,26 @@ Result in_asked_shape(const RobustForm& form, const RobustCopies& copies, const 
 }
 
 std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const RobustCopies& copies,
-                                              const Result& result,
-                                              const std::vector<MaximaOverY>& scans,
+                                              const Result& result, const Scans& scans,
                                               const VariableRanges& ranges) {
   std::vector<RobustWorstCase> list;
   if (result.v.size() < form.solved.structure().variable_players.size()) return list;
   const std::size_t n = form.asked.structure().variable_players.size();
   const std::size_t m = form.asked.structure().constraint_players.size();
-  for (const auto k : indices(copies.worst_cases())) {
-    const auto row = at(copies.row(k));
+  for (const RobustCopies::Part& part : copies.worst_cases()) {
+    const auto row = at(part.row);
     const bool defined = row < result.constraints.size();
-    RobustWorstCase found{.constraint = copies.worst_cases()[k].constraint,
-                          .v = copies.model_point(result.v, k),
+    RobustWorstCase found{.constraint = part.worst_case.constraint,
+                          .v = copies.model_point(result.v, part),
                           .value = kNaN,
                           .multiplier = result.lambda[row],
-                          .active = defined && copies.is_active(result, k),
-                          .side = copies.worst_cases()[k].side};
+                          .active = defined && copies.is_active(result, part),
+                          .side = part.worst_case.side};
     const std::size_t constraint = at(found.constraint);
     if (found.side == 0)
       found.side = form.solved.structure().constraint_upper[constraint] < kUnbounded ? 1 : -1;
-    const auto scan = std::ranges::find_if(scans, [&](const MaximaOverY& side) {
-      return side.constraint == found.constraint && side.side == found.side;
-    });
+    const auto scan =
+        std::ranges::find_if(scans, [&](const MaximaOverY& side) { return side.is_of(found); });
     if (scan != scans.end()) {
       found.range = scan->spread;
       found.age = scan->age;
@@ -176,7 +169,7 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
     found.v.resize(n);
     const auto known = std::ranges::find_if(list, [&](const RobustWorstCase& other) {
       return other.constraint == found.constraint &&
-             same_point(found.v, other.v, ranges, copies.scope(k).variables,
+             same_point(found.v, other.v, ranges, part.scope.variables,
                         form.options.minmax_distinct_tol);
     });
     if (known == list.end()) {
@@ -187,9 +180,7 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
     }
   }
   for (const MaximaOverY& side : scans) {
-    const auto is_listed = [&](const RobustWorstCase& found) {
-      return found.constraint == side.constraint && found.side == side.side;
-    };
+    const auto is_listed = [&](const RobustWorstCase& found) { return side.is_of(found); };
     if (side.maxima.empty() || at(side.constraint) == m || std::ranges::any_of(list, is_listed))
       continue;
     const auto& [v, value, certified, times] = side.maxima.front();
@@ -205,14 +196,16 @@ std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form, const Robu
   return list;
 }
 
-SearchOverY search_over_y(const RobustForm& form, const std::vector<MaximaOverY>& scans,
-                          const std::vector<double>& v, bool verified) {
+SearchOverY search_over_y(const RobustForm& form, const Scans& scans, const std::vector<double>& v,
+                          bool verified) {
   const ProblemStructure& s = form.asked.structure();
-  SearchOverY seen{.functions = static_cast<Index>(scans.size()),
+  SearchOverY seen{.asked = form.starts,
+                   .functions = static_cast<Index>(scans.size()),
                    .finished = verified,
                    .largest_violation = scans.empty() ? kNaN : 0.0};
   for (const MaximaOverY& side : scans) {
     const bool of_objective = at(side.constraint) == s.constraint_players.size();
+    seen.asked = std::min(seen.asked, side.made);  // fewer where all agree far from the limit
     seen.age = std::max(seen.age, side.age);
     if (!side.maxima.empty()) {
       seen.largest_violation =

@@ -30,12 +30,11 @@ struct RobustForm {
 [[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const RobustForm& form,
                                                             const RobustCopies& copies,
                                                             const Result& result,
-                                                            const std::vector<MaximaOverY>& scans,
+                                                            const Scans& scans,
                                                             const VariableRanges& ranges);
 
 /// What was seen over y at the x of v. verified: no y violates a constraint.
-[[nodiscard]] SearchOverY search_over_y(const RobustForm& form,
-                                        const std::vector<MaximaOverY>& scans,
+[[nodiscard]] SearchOverY search_over_y(const RobustForm& form, const Scans& scans,
                                         const std::vector<double>& v, bool verified);
 
 }  // namespace ipminmax

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <random>
-#include <string>
 #include <utility>
 
 #include "core/global/choice.hpp"
@@ -17,7 +15,9 @@
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/proof/enclosure.hpp"
 #include "core/robust/epigraph.hpp"
+#include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
@@ -25,6 +25,8 @@
 
 namespace ipminmax {
 namespace {
+
+using WorstCases = RobustCopies::WorstCases;
 
 /// Rounds of solving and looking for worst cases.
 constexpr Index kMostRounds = 30;
@@ -34,6 +36,9 @@ constexpr Index kMostRounds = 30;
 constexpr Index kCoarseRounds = 2;
 constexpr Index kCoarseStarts = 2;
 constexpr Index kCoarseIterations = 200;
+/// Solving again: solves within which each side is searched fully, some in each. A full search
+/// costs about ten times what following one maximum does: so both cost the same.
+constexpr std::size_t kSolvesOfFullSearches = 10;
 /// Violation, beside the range of a row, that held y may leave before copies go on.
 constexpr double kCoarse = 1e-3;
 /// Distance to the bound, beside the range of a row, up to which a maximum gets a copy after coarse
@@ -45,8 +50,6 @@ constexpr double kNearAKink = 0.3;
 /// Distance, beside the range of each variable, up to which a maximum is that of a copy, which has
 /// moved.
 constexpr double kSameBranch = 0.05;
-/// Barrier parameter from which a solve does not forget the answer where it begins.
-constexpr double kMuNear = 1e-4;
 /// Scenarios of a constraint for each Min variable, and in all.
 constexpr Index kScenariosPerX = 4;
 constexpr Index kMostScenarios = 100;
@@ -55,11 +58,10 @@ constexpr Index kMostStartsOfAScan = 100;
 
 /// One worst case at v of each constraint, of each side where it has two. A copy is needed where
 /// something else reads the y, too.
-std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const RobustScopes& scopes,
-                                              const SolverOptions& options,
-                                              const std::vector<bool>& reads_y,
-                                              const std::vector<double>& v) {
-  std::vector<RobustCopies::WorstCase> chosen;
+WorstCases at_start(const ProblemStructure& s, const RobustScopes& scopes,
+                    const SolverOptions& options, const std::vector<bool>& reads_y,
+                    const std::vector<double>& v) {
+  WorstCases chosen;
   std::vector<Index> readers(v.size(), 0);
   const std::vector<Index> rows = robust_constraints(s);
   for (const Index row : rows) {
@@ -83,10 +85,9 @@ std::vector<RobustCopies::WorstCase> at_start(const ProblemStructure& s, const R
 }
 
 /// Worst cases of the last solve near their limits; or else the one nearest to its bound.
-std::vector<RobustCopies::WorstCase> at_known(const ProblemStructure& s,
-                                              const std::vector<RobustWorstCase>& known,
-                                              const SolverOptions& options) {
-  std::vector<RobustCopies::WorstCase> chosen;
+WorstCases at_known(const ProblemStructure& s, const std::vector<RobustWorstCase>& known,
+                    const SolverOptions& options) {
+  WorstCases chosen;
   std::optional<RobustCopies::WorstCase> nearest;
   double least = kInfinity;
   if (!options.minmax_robust_copies) return chosen;
@@ -109,6 +110,32 @@ std::vector<RobustCopies::WorstCase> at_known(const ProblemStructure& s,
 
   if (chosen.empty() && nearest) chosen.push_back(std::move(*nearest));
   return chosen;
+}
+
+/// Of each side the highest worst case of the last solve, unless its full search is among the
+/// oldest: then it is searched fully in this one.
+std::vector<RobustWorstCase> worst_cases_to_follow(std::vector<RobustWorstCase> last,
+                                                   const SolverOptions& options) {
+  if (!may_look_longer(options) || options.minmax_worst_case_proof) return {};
+  std::vector<RobustWorstCase> followed;
+  for (RobustWorstCase& one : last) {
+    if (!(one.range > 0.0)) continue;
+    const auto known = std::ranges::find_if(followed, [&](const RobustWorstCase& other) {
+      return other.constraint == one.constraint && other.side == one.side;
+    });
+    if (known == followed.end()) {
+      followed.push_back(std::move(one));
+    } else if (std::pair(one.active, one.side * one.value) >
+               std::pair(known->active, known->side * known->value)) {
+      *known = std::move(one);
+    }
+  }
+  std::ranges::stable_sort(followed, {}, &RobustWorstCase::age);
+  followed.resize(followed.size() - followed.size() / kSolvesOfFullSearches);
+  std::erase_if(followed, [](const RobustWorstCase& one) {
+    return one.age + 1 >= static_cast<Index>(kSolvesOfFullSearches);
+  });
+  return followed;
 }
 
 /// Of a constraint at v, as each Min variable moves by its size.
@@ -154,29 +181,26 @@ class RobustSearch {
   explicit RobustSearch(const RobustForm& form) : form_(form) {}
 
   Result run(std::vector<double> start, const std::vector<RobustWorstCase>& known, bool at_kink) {
-    const ProblemStructure& s = form_.solved.structure();
-    place_.moved = !start.empty();
-    place_.v = std::move(start);
-    if (!place_.moved) {
+    if (start.empty()) {
       auto own = model_start(form_.solved);
-      if (!own || !check_structure(s, options_).empty()) {
+      if (!own || !check_structure(s_, options_).empty()) {
         answer_ =
             solve_from_start(form_.solved, options_, budget_, observer_, nullptr);  // says why
-        cut(form_.asked.structure().variable_players.size(),
-            form_.asked.structure().constraint_players.size(), answer_);
+        cut(asked_, answer_);
         return std::move(answer_);
       }
-      place_.v = std::move(*own);
+      start = std::move(*own);
     }
+    place_.v = std::move(start);
     ranges_.see(place_.v);
     reads_y_ = read_by_objective(form_.solved, place_.v);
-    scopes_ = RobustScopes(s, linear_entries(form_.solved, place_.v, work_.counts));
-    place_.worst_cases = at_start(s, scopes_, options_, reads_y_, place_.v);
+    scopes_ = RobustScopes(s_, linear_entries(form_.solved, place_.v, work_.counts));
+    place_.worst_cases = at_start(s_, scopes_, options_, reads_y_, place_.v);
     const Place first = place_;
     if (at_kink) {
       place_.near = true;
       release(scan(starts_, first.worst_cases), kNearAKink);
-    } else if (auto chosen = at_known(form_.asked.structure(), known, options_); !chosen.empty()) {
+    } else if (auto chosen = at_known(asked_, known, options_); !chosen.empty()) {
       place_.near = true;
       place_.worst_cases = std::move(chosen);
       followed_ = worst_cases_to_follow(known, options_);
@@ -185,13 +209,11 @@ class RobustSearch {
   }
 
  private:
-  using WorstCases = std::vector<RobustCopies::WorstCase>;
   /// Where the next solve begins.
   struct Place {
     std::vector<double> v;
     WorstCases worst_cases{};
-    bool moved = false;  ///< v is no longer the model's
-    bool near = false;   ///< v is the answer of a solve
+    bool near = false;  ///< v is the answer of a solve
   };
 
   /// The problem of a list of worst cases, and its answer.
@@ -218,12 +240,11 @@ class RobustSearch {
       place_ = own;
       for (RobustCopies::WorstCase& one : place_.worst_cases) {
         const RobustScope scope = scopes_.of(one.constraint);
-        if (can_be_held(form_.solved.structure(), scope) && move_to_max(scope, one.v))
-          one.held = one.copied = true;
+        if (can_be_held(s_, scope) && move_to_max(scope, one.v)) one.held = one.copied = true;
       }
       found = exchange();
       if (!found && !budget_.used_up()) {
-        place_ = {first.v, own.worst_cases, first.moved, false};
+        place_ = {first.v, own.worst_cases};
         if (auto scenarios = many_scenarios(); !scenarios.empty())
           place_.worst_cases = std::move(scenarios);
         found = exchange();
@@ -271,7 +292,7 @@ class RobustSearch {
   /// Solves with the worst cases at hand and adds violated ones until there are none. Returns the
   /// maxima at the last x; nothing: a solve failed, or maxima violate a constraint. Unless y are
   /// held coarsely the answer is that of the last solve.
-  std::optional<std::vector<MaximaOverY>> rounds(Y y) {
+  std::optional<Scans> rounds(Y y) {
     const bool held = y != Y::Moving, coarse = y == Y::HeldCoarsely;
     const double tolerance = coarse ? kCoarse : options_.minmax_worst_case_tol;
     for (Index round = 1;; ++round) {
@@ -281,15 +302,15 @@ class RobustSearch {
         report(solved, {}, false);
         return {};
       }
-      place_.v.assign(result.v.begin(),
-                      result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
-      place_.moved = place_.near = true;
+      std::copy_n(result.v.begin(), place_.v.size(), place_.v.begin());
+      place_.near = true;
       WorstCases known;  // held y near which maxima are: those that hold x
       for (const auto k : indices(place_.worst_cases)) {
-        place_.worst_cases[k].v = copies->model_point(result.v, k);
-        if (!held || copies->is_active(result, k)) known.push_back(place_.worst_cases[k]);
+        const RobustCopies::Part& part = copies->worst_cases()[k];
+        place_.worst_cases[k].v = copies->model_point(result.v, part);
+        if (!held || copies->is_active(result, part)) known.push_back(place_.worst_cases[k]);
       }
-      std::vector<MaximaOverY> scans;
+      Scans scans;
       if (starts_ == 0) {
         report(solved, scans, false);
         if (!is_certified(result)) settle(solved, scans);
@@ -315,21 +336,20 @@ class RobustSearch {
   /// With the worst cases at hand, near an answer if there is one; if that fails also from_afar, on
   /// the way from where copies might become those of other maxima.
   Solved solve_worst_cases(bool from_afar, bool coarse = false) {
-    auto copies = std::make_unique<RobustCopies>(form_.solved, place_.worst_cases, scopes_,
-                                                 reads_y_, budget_);
-    if (place_.moved) copies->start_at(place_.v);
+    auto copies = std::make_unique<RobustCopies>(form_.solved, place_.v, place_.worst_cases,
+                                                 scopes_, reads_y_, budget_);
     SolveObserver observer = observer_;
     if (observer_.on_iteration) {
       observer.on_iteration = [&](const IterationInfo& info) {
         IterationInfo seen = info;
-        seen.v = info.v.first(form_.asked.structure().variable_players.size());
+        seen.v = info.v.first(asked_.variable_players.size());
         seen.result = [&] { return in_asked_shape(form_, *copies, info.result()); };
         return observer_.on_iteration(seen);
       };
     }
     for (bool near = place_.near;; near = false) {
       // With a large mu maxima at different bounds are one.
-      SolverOptions options = near ? staying_near(options_, kMuNear) : options_;
+      SolverOptions options = near ? staying_near(options_) : options_;
       options.warm_start_init_point = false;
       if (coarse) options.max_iter = std::min(options.max_iter, kCoarseIterations);
       // Where worst cases are looked for, that is where to begin anew.
@@ -342,27 +362,112 @@ class RobustSearch {
     }
   }
 
-  /// At the x of place_.v; maximizations begin at the known worst cases, too.
-  std::vector<MaximaOverY> scan(Index starts, const WorstCases& known) {
-    MaximizationContext context{options_, budget_, form_.start, form_.asked.structure(), work_};
-    context.witnesses = &form_.witnesses;
+  /// Maximizes each bounded side of each robust constraint over all of y at the x of place_.v, from
+  /// so many starts of y for each side and from the known worst cases.
+  Scans scan(Index starts, const WorstCases& known) {
     ranges_.see(place_.v);
-    context.sizes = &ranges_;
-    // None looks from where a scan before it did.
-    context.drawn = std::max(kMostStartsOfAScan, starts_) * scans_++;
-    std::vector<MaximaOverY> scans = scan_robust_constraints(
-        form_.solved, place_.v, starts, known, followed_, scopes_, form_.units, context);
+    Scans scans;
+    for (const Index row : robust_constraints(s_)) {
+      const RobustScope scope = scopes_.of(row);
+      const double lower = s_.constraint_lower[at(row)], upper = s_.constraint_upper[at(row)];
+      for (const int side : {1, -1}) {
+        const double bound = side > 0 ? upper : -lower;
+        const bool bounded =
+            side > 0 ? upper < options_.nlp_upper_bound_inf : lower > options_.nlp_lower_bound_inf;
+        if (!bounded) continue;
+        const RobustBound of{row, side, bound, bound + relaxation(bound, upper - lower, options_)};
+        static_cast<RobustBound&>(scans.emplace_back(scan_side(scope, of, starts, known))) = of;
+      }
+    }
+    ++scans_;
     for (const MaximaOverY& side : scans) {
       for (const WorstCaseMaximum& maximum : side.maxima) ranges_.see(maximum.v);
     }
     return scans;
   }
 
+  MaximaOverY scan_side(RobustScope scope, const RobustBound& of, Index starts,
+                        const WorstCases& known) {
+    MaximaOverY scan = scan_in(scope, of, starts, known);
+    if (!scan.completed) {  // where a trajectory that goes on diverges y is not Max's
+      scope = scopes_.all_of(of.constraint);
+      scan = scan_in(scope, of, starts, known);
+    }
+    if (scope.idle.empty() || !scope.follows.empty() || starts == 0) return scan;
+    // What is idle may decide which y have a solution of the equations at all.
+    scope.idle.clear();
+    MaximaOverY other = scan_in(scope, of, starts, known);
+    return other.is_higher(other.highest(), scan.highest()) ? other : scan;
+  }
+
+  /// If x rested on the worst case that is followed, the side is searched from `starts` starts
+  /// alone. Else, if this maximum is far from the limit when it has moved with x, the side is not
+  /// searched further.
+  MaximaOverY scan_in(const RobustScope& scope, const RobustBound& of, Index starts,
+                      const WorstCases& known) {
+    MaximaOverY scan;
+    if (budget_.used_up()) return scan;
+    const auto& [row, side, bound, accepted] = of;
+    const double factor = form_.units.factor[at(row)];
+    Points given;
+    for (const RobustCopies::WorstCase& other : known) {
+      if (other.is_of(row, side)) given.push_back(other.v);
+    }
+    const auto last = std::ranges::find_if(followed_, [&](const RobustWorstCase& one) {
+      return of.is_of(one) && one.v.size() == place_.v.size();
+    });
+    const bool is_followed = last != followed_.end(), was_active = is_followed && last->active;
+    MaximizationContext context{.options = options_,
+                                .budget = budget_,
+                                .start = form_.start,
+                                .told = asked_,
+                                .work = work_,
+                                // None looks from where a scan before it did.
+                                .drawn = std::max(kMostStartsOfAScan, starts_) * scans_,
+                                .witnesses = &form_.witnesses,
+                                .size = form_.units.size[at(row)],
+                                .sizes = &ranges_};
+    if (!scope.follows.empty())
+      context.complete = [&](auto& v) { return complete(form_.solved, scope.follows, v); };
+    if (is_followed && !was_active) {
+      std::vector<double> v = place_.v;
+      for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
+      for (const auto& [equation, i] : scope.follows) v[at(i)] = last->v[at(i)];
+      RowOverY problem(form_.solved, row, side, std::move(v), scope);
+      context.options = staying_near(options_);
+      context.options.minmax_max_restarts = 0;
+      scan = maximize_over_y(problem, 1, {}, context);
+      if (scan.is_complete()) {
+        const double below = bound - scan.maxima.front().value;
+        scan.spread = last->range;
+        scan.age = last->age + 1;
+        if (!is_near_limit(below / factor, last->range)) return scan;
+        given.push_back(scan.maxima.front().v);
+      }
+      context.options = options_;
+    }
+    RowOverY problem(form_.solved, row, side, place_.v, scope);
+    if (was_active) context.options.minmax_worst_case_starts = starts;  // and no more
+    scan = maximize_over_y(problem, starts, given, context,
+                           starts > 0 ? std::optional(accepted) : std::nullopt);
+    if (!scan.may_be_higher()) scan.spread = (scan.range.most - scan.range.least) / factor;
+    if (was_active) {
+      scan.spread = std::max(scan.spread, last->range);
+      scan.age = last->age + 1;
+    }
+    if (scan.proof) {
+      for (double* value : {&scan.proof->seen, &scan.proof->proved})
+        *value = form_.units.value(at(row), side, *value);
+      describe(row, side, *scan.proof);
+    }
+    return scan;
+  }
+
   /// One more worst case of each side whose largest maximum exceeds the bound; with held y one of
   /// each maximum that does, and each corner where what follows y diverges, so that x moves to
   /// where it does not. One that a copy has left to its barrier, or that violates the row slightly,
   /// is held where it is: y's own error is of second order there. Whether there were any.
-  bool add_violated(const std::vector<MaximaOverY>& scans, double tolerance, bool held) {
+  bool add_violated(const Scans& scans, double tolerance, bool held) {
     bool any = false;
     const auto add = [&](RobustCopies::WorstCase one, bool holds) {
       one.held = holds;
@@ -371,15 +476,15 @@ class RobustSearch {
     };
     for (const MaximaOverY& side : scans) {
       const RobustScope scope = scopes_.of(side.constraint);
-      const bool can_hold = can_be_held(form_.solved.structure(), scope);
+      const bool can_hold = can_be_held(s_, scope);
       for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
         if (!side.violates(k, tolerance)) break;
         const std::vector<double>& v = side.maxima[k].v;
         // What a held one does not prevent is another one, however near; a copy has moved.
         const double same = held ? 0.0 : kSameBranch;
         const auto is_known = [&](const RobustCopies::WorstCase& other) {
-          return other.constraint == side.constraint && other.side * side.side >= 0 &&
-                 (!held || other.held) && same_point(other.v, v, ranges_, scope.variables, same);
+          return other.is_of(side.constraint, side.side) && (!held || other.held) &&
+                 same_point(other.v, v, ranges_, scope.variables, same);
         };
         const bool known = std::ranges::any_of(place_.worst_cases, is_known);
         if (known && (held || !can_hold)) continue;
@@ -398,9 +503,8 @@ class RobustSearch {
   /// The y where maximizations at this x begin and end, and random ones: fewer than there are x
   /// would leave x unbounded. One that Max constraints restrain begins anywhere.
   WorstCases many_scenarios() {
-    const ProblemStructure& s = form_.solved.structure();
     WorstCases taken;
-    const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
+    const auto of_min = static_cast<Index>(std::ranges::count(s_.variable_players, Player::Min));
     for (const MaximaOverY& side : scan(starts_, place_.worst_cases)) {
       const RobustScope scope = scopes_.of(side.constraint);
       if (scope.constraints.empty()) {
@@ -408,10 +512,10 @@ class RobustSearch {
         for (Index start = starts_;
              start < std::min<Index>(kScenariosPerX * of_min, kMostScenarios); ++start) {
           taken.push_back(
-              {side.constraint, random_start(s, place_.v, start, options_), true, true});
+              {side.constraint, random_start(s_, place_.v, start, options_), true, true});
         }
       }
-      const bool held = can_be_held(s, scope);
+      const bool held = can_be_held(s_, scope);
       for (const WorstCaseMaximum& found : side.maxima)
         taken.push_back({side.constraint, found.v, true, held});
     }
@@ -420,11 +524,11 @@ class RobustSearch {
 
   /// The worst cases that are active or nearly so at this x, or the one nearest to it, with y free
   /// again. One is enough of a constraint's maxima that have one gradient in x, as on a face of y.
-  void release(const std::vector<MaximaOverY>& scans, double nearly) {
+  void release(const Scans& scans, double nearly) {
     WorstCases released;
     const MaximaOverY* highest = nullptr;
     for (const MaximaOverY& side : scans) {
-      std::vector<std::vector<double>> gradients;
+      Points gradients;
       for (std::size_t k = 0; k < side.maxima.size() && side.excess(k) > -nearly; ++k) {
         const std::vector<double>& v = side.maxima[k].v;
         gradients.push_back(rounded_gradient_in_x(form_.solved, side.constraint, v, ranges_));
@@ -442,18 +546,19 @@ class RobustSearch {
   /// The multiplier of an inactive copy is zero, and so is its curvature in the second-order test;
   /// two copies that have met share one. If the test is undecided, inactive copies are held and met
   /// ones left out, in case that this decides it.
-  void settle(const Solved& solved, const std::vector<MaximaOverY>& scans) {
+  void settle(const Solved& solved, const Scans& scans) {
     WorstCases kept;
     bool any = false;
     for (const auto k : indices(place_.worst_cases)) {
       RobustCopies::WorstCase one = place_.worst_cases[k];
-      const RobustScope& scope = solved.copies->scope(k);
+      const RobustCopies::Part& part = solved.copies->worst_cases()[k];
+      const RobustScope& scope = part.scope;
       const bool met = std::ranges::any_of(kept, [&](const RobustCopies::WorstCase& other) {
-        return other.is_of_same(one) &&
+        return other.is_of(one.constraint, one.side) &&
                same_point(other.v, one.v, ranges_, scope.variables, options_.minmax_distinct_tol);
       });
-      const bool active = solved.copies->is_active(solved.result, k);
-      const bool holds = !active && !one.held && can_be_held(form_.solved.structure(), scope);
+      const bool active = solved.copies->is_active(solved.result, part);
+      const bool holds = !active && !one.held && can_be_held(s_, scope);
       if (holds) one.held = one.copied = true;
       any = any || met || holds;
       if (!met) kept.push_back(std::move(one));
@@ -470,14 +575,11 @@ class RobustSearch {
   }
 
   /// The answer from now on. With starts of y it is finished once no y violates it.
-  void report(const Solved& solved, const std::vector<MaximaOverY>& scans, bool verified) {
+  void report(const Solved& solved, const Scans& scans, bool verified) {
     const auto& [copies, result] = solved;
     answer_ = in_asked_shape(form_, *copies, result);
     answer_.worst_cases = list_worst_cases(form_, *copies, result, scans, ranges_);
     answer_.over_y = search_over_y(form_, scans, place_.v, verified || starts_ == 0);
-    answer_.over_y.asked = starts_;
-    for (const MaximaOverY& side : scans)  // fewer where all agree far from the limit
-      answer_.over_y.asked = std::min(answer_.over_y.asked, side.made);
     if (verified && is_certified(result) && !is_same_across_bounds(solved)) {
       answer_.over_y.open =
           "x is decided by how far y is from its bounds, within what bound_relax_factor allows";
@@ -492,8 +594,8 @@ class RobustSearch {
     bool any = false;
     for (const auto k : indices(place_.worst_cases)) {
       RobustCopies::WorstCase& one = place_.worst_cases[k];
-      if (one.held && copies->is_active(result, k))
-        any = cross_bounds(copies->scope(k), one.v) || any;
+      const RobustCopies::Part& part = copies->worst_cases()[k];
+      if (one.held && copies->is_active(result, part)) any = cross_bounds(part.scope, one.v) || any;
     }
     bool same = true;
     if (any && !budget_.used_up()) {
@@ -507,7 +609,6 @@ class RobustSearch {
   /// Moves y across the bounds that it is at, of variables or written as a row of one variable.
   bool cross_bounds(const RobustScope& scope, std::vector<double>& v) {
     constexpr double kAt = 16.0, kAcross = 2.0;  // relaxations of a bound
-    const ProblemStructure& s = form_.solved.structure();
     bool any = false;
     const auto cross = [&](double& y, double slope, double value, double lower, double upper) {
       for (const double bound : {lower, upper}) {
@@ -518,22 +619,21 @@ class RobustSearch {
       }
     };
     for (const Index i : scope.variables)
-      cross(v[at(i)], 1.0, v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+      cross(v[at(i)], 1.0, v[at(i)], s_.variable_lower[at(i)], s_.variable_upper[at(i)]);
     if (scope.constraints.empty()) return any;
-    std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size());
+    std::vector<double> g(s_.constraint_players.size()), jacobian(s_.jacobian.size());
     if (!form_.solved.constraint_rows(scope.constraints, v, true, g) ||
         !form_.solved.jacobian_rows(scope.constraints, v, false, jacobian))
       return any;
     ++work_.counts.constraints;
     ++work_.counts.jacobian;
-    std::vector<std::size_t> entries(g.size(), 2);  // of rows of the scope
-    for (const Index row : scope.constraints) entries[at(row)] = 0;
-    for (const auto& [row, col] : s.jacobian) ++entries[at(row)];
-    for (const auto k : indices(jacobian)) {
-      const auto [row, col] = s.jacobian[k];
-      if (entries[at(row)] == 1 && jacobian[k] != 0.0)
-        cross(v[at(col)], jacobian[k], g[at(row)], s.constraint_lower[at(row)],
-              s.constraint_upper[at(row)]);
+    const auto entries = entries_of_rows(s_);
+    for (const Index row : scope.constraints) {
+      if (entries[at(row)].size() != 1) continue;
+      const std::size_t k = entries[at(row)].front();
+      if (jacobian[k] != 0.0)
+        cross(v[at(s_.jacobian[k].col)], jacobian[k], g[at(row)], s_.constraint_lower[at(row)],
+              s_.constraint_upper[at(row)]);
     }
     return any;
   }
@@ -541,38 +641,35 @@ class RobustSearch {
   /// Moves y into its bounds. Whether it then meets Max's constraints, but for what follows from
   /// it: the y of a start is nothing that Max may choose otherwise.
   bool move_to_max(const RobustScope& scope, std::vector<double>& v) {
-    const ProblemStructure& s = form_.solved.structure();
     for (const Index i : scope.variables)
-      v[at(i)] = std::clamp(v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+      v[at(i)] = std::clamp(v[at(i)], s_.variable_lower[at(i)], s_.variable_upper[at(i)]);
     if (scope.constraints.empty() || !scope.followers.empty()) return true;
-    std::vector<double> g(s.constraint_players.size());
+    std::vector<double> g(s_.constraint_players.size());
     ++work_.counts.constraints;
     if (!form_.solved.constraint_rows(scope.constraints, v, true, g)) return false;
     return std::ranges::all_of(scope.constraints, [&](Index row) {
-      return excess(g[at(row)], s.constraint_lower[at(row)], s.constraint_upper[at(row)]) <=
-             options_.constr_viol_tol;
+      return excess_of_row(s_, at(row), g[at(row)]) <= options_.constr_viol_tol;
     });
   }
 
   /// A Min variable that is zero has no size of its own: a step that is small beside the other
   /// variables counts by what it changes of the constraints, whose units are their sizes.
   bool is_same_x(const std::vector<double>& v, const std::vector<double>& other) {
-    const ProblemStructure& s = form_.solved.structure();
     std::vector<std::size_t> moved;
     double largest = 0.0;
     for (const auto i : indices(v)) {
-      if (s.variable_players[i] != Player::Min) continue;
+      if (s_.variable_players[i] != Player::Min) continue;
       largest = std::max(largest, ranges_.of(i));
       if (std::abs(other[i] - v[i]) > options_.minmax_distinct_tol * ranges_.of(i))
         moved.push_back(i);
     }
     if (moved.empty()) return true;
-    std::vector<double> jacobian(s.jacobian.size()), slopes(v.size(), 0.0);
+    std::vector<double> jacobian(s_.jacobian.size()), slopes(v.size(), 0.0);
     for (const RobustCopies::WorstCase& one : place_.worst_cases) {
       ++work_.counts.jacobian;
       if (!form_.solved.jacobian(one.v, true, jacobian)) return false;
       for (const auto k : indices(jacobian)) {
-        double& slope = slopes[at(s.jacobian[k].col)];
+        double& slope = slopes[at(s_.jacobian[k].col)];
         slope = std::max(slope, std::abs(jacobian[k]));
       }
     }
@@ -588,7 +685,7 @@ class RobustSearch {
     const bool failed = search_failed(answer_.status) || answer_.over_y.better_known;
     if (!failed || budget_.used_up()) return;
     if (!answer_.v.empty() && all_finite(answer_.v)) start = answer_.v;
-    start.resize(form_.asked.structure().variable_players.size());
+    start.resize(asked_.variable_players.size());
     if (!all_finite(start)) return;
     InRowUnits rows(form_.asked, start);
     Epigraph problem(rows);
@@ -603,34 +700,33 @@ class RobustSearch {
     Result least = search.run(std::move(start), {}, false);
     add_work(least, work_);
     if (!is_success(least.status) || least.over_y.better_known || !least.over_y.finished) return;
-    const ProblemStructure& s = form_.asked.structure();
     double largest = 0.0, violation = 0.0;
     const RobustWorstCase* worst = nullptr;
-    const auto excess_of = [&](const std::vector<double>& g, std::size_t row) {
-      return excess(g[row], s.constraint_lower[row], s.constraint_upper[row]);
-    };
     for (RobustWorstCase& found : least.worst_cases) {
-      std::vector<double> g(s.constraint_players.size());
+      std::vector<double> g(asked_.constraint_players.size());
       if (!form_.asked.constraints(found.v, true, g)) return;
       const auto row = at(found.constraint);
       found.value = g[row];  // was that of the relaxed row
-      const double beside = excess_of(g, row) * rows.units().factor[row];
+      const double own = excess_of_row(asked_, row, g[row]);
+      const double beside = own * rows.units().factor[row];
       if (beside <= largest) continue;
       largest = beside;
-      violation = excess_of(g, row);
+      violation = own;
       worst = &found;
     }
     if (worst == nullptr || !(largest > kClearViolation * options_.constr_viol_tol)) return;
     least.message =
         "robust constraints cannot be met near this x: the least worst-case violation is " +
-        number_text(violation, 6) + ", of " + constraint_name(s, worst->constraint) + " at " +
-        describe_y(s, worst->constraint, worst->v);
+        number_text(violation, 6) + ", of " + constraint_name(asked_, worst->constraint) + " at " +
+        describe_y(asked_, worst->constraint, worst->v);
     least.status = Status::LocallyInfeasible;
     least.certificate = {};
     least.certificate.kind = PointKind::InfeasiblePoint;
     least.over_y.largest_violation = violation;
-    for (const auto row : indices(least.constraints))
-      least.error.primal = std::max(least.error.primal, excess_of(least.constraints, row));
+    for (const auto row : indices(least.constraints)) {
+      const double own = excess_of_row(asked_, row, least.constraints[row]);
+      least.error.primal = std::max(least.error.primal, own);
+    }
     answer_ = std::move(least);
   }
 
@@ -639,8 +735,10 @@ class RobustSearch {
   Budget& budget_ = form_.budget;
   const Index starts_ = form_.starts;
   SolveObserver observer_ = budget_.observer_of(form_.start);
-  VariableRanges ranges_{form_.solved.structure()};
-  RobustScopes scopes_{form_.solved.structure()};
+  const ProblemStructure& s_ = form_.solved.structure();
+  const ProblemStructure& asked_ = form_.asked.structure();
+  VariableRanges ranges_{s_};
+  RobustScopes scopes_{s_};
   std::vector<RobustWorstCase> followed_;  ///< of the last solve, from which alone searches begin
   Place place_;
   std::size_t corners_added_ = 0;  ///< to the scenarios

@@ -18,11 +18,6 @@
 namespace ipminmax {
 namespace {
 
-void set_seconds(const Budget& budget, Result& result) {
-  result.seconds = result.timing.total = budget.stopwatch().wall();
-  result.cpu_seconds = budget.stopwatch().cpu();
-}
-
 /// One solve is all that is asked for.
 bool is_plain(const ProblemStructure& structure, const SolverOptions& options) {
   return options.minmax_starts <= 1 && options.minmax_worst_case_starts <= 0 &&
@@ -38,6 +33,29 @@ SolverOptions for_all_parts(const ProblemStructure& structure, SolverOptions opt
     options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
   }
   return options;
+}
+
+/// Why f cannot be treated as a robust constraint, or nothing be proved, as asked; empty: it can.
+std::string error_over_y(Problem& model, const SolverOptions& options) {
+  const char* asked = options.minmax_worst_case_proof    ? "minmax_worst_case_proof"
+                      : options.minmax_epigraph          ? "minmax_epigraph"
+                      : options.minmax_epigraph_at_kinks ? "minmax_epigraph_at_kinks"
+                                                         : nullptr;
+  if (asked == nullptr || !has_valid_indices(model.structure()) ||
+      !has_max_variables(model.structure())) {
+    return {};
+  }
+  if (options.minmax_worst_case_proof && model.over_boxes() == nullptr) {
+    return "minmax_worst_case_proof needs a model whose formulas are known (docs/proof.md)";
+  }
+  bool mirrored = options.obj_scaling_factor < 0.0;
+  if (options.nlp_scaling_method == Scaling::User) {
+    UserScaling scaling;
+    if (model.user_scaling(scaling) && scaling.objective < 0.0) mirrored = !mirrored;
+  }
+  if (!mirrored) return {};
+  return std::string(asked) +
+         " cannot be used with a negative factor of the objective, by which y minimizes f";
 }
 
 /// What is wrong with what was asked for; empty: nothing that the door sees.
@@ -58,23 +76,22 @@ Answer refused(std::string error) {
 }
 
 /// One for each thread.
-std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_problem, int count) {
-  std::vector<std::unique_ptr<Problem>> models;
-  for (int k = 0; k < count; ++k) {
-    models.push_back(make_problem());
-    if (!models.back()) throw std::invalid_argument("the factory of a multistart made no problem");
+struct OwnModels {
+  OwnModels(const ProblemFactory& make_problem, int count) {
+    for (int k = 0; k < count; ++k) {
+      owned.push_back(make_problem());
+      if (!owned.back()) throw std::invalid_argument("the factory of a multistart made no problem");
+      models.push_back(owned.back().get());
+    }
   }
-  return models;
-}
-
-/// ranks: null, or the others that share the starts.
-Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, Ranks* ranks,
-              const SolverOptions& asked, const MultistartObserver& observer,
-              const std::vector<std::vector<double>>& given,
-              const std::vector<RobustWorstCase>& known = {}) {
+  std::vector<std::unique_ptr<Problem>> owned;
   std::vector<Problem*> models;
-  if (own != nullptr) models.push_back(own);
-  for (const auto& model : owned) models.push_back(model.get());
+};
+
+/// models: one for each thread. ranks: null, or the others that share the starts.
+Answer run_on(const std::vector<Problem*>& models, Ranks* ranks, const SolverOptions& asked,
+              const MultistartObserver& observer, const Points& given,
+              const std::vector<RobustWorstCase>& known = {}) {
   const SolverOptions options = for_all_parts(models.front()->structure(), asked);
   if (auto error = error_of(*models.front(), options); !error.empty()) return refused(error);
   Budget budget(options, observer);
@@ -85,7 +102,8 @@ Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, 
         *models.front(), options, [&] { return !budget.interrupted(); }, answer.best);
   }
   add_gap(*models.front(), options, budget, answer.best);
-  set_seconds(budget, answer.best);
+  answer.best.seconds = answer.best.timing.total = budget.stopwatch().wall();
+  answer.best.cpu_seconds = budget.stopwatch().cpu();
   return answer;
 }
 
@@ -113,7 +131,7 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
     if (kept == nullptr) return run_for(problem, options, observer).best;
     std::vector<RobustWorstCase> known = std::exchange(kept->worst_cases, {});
     if (!options.warm_start_init_point) known.clear();
-    Result result = run_on({}, &problem, nullptr, options, listener_of(observer), {}, known).best;
+    Result result = run_on({&problem}, nullptr, options, listener_of(observer), {}, known).best;
     if (is_success(result.status)) kept->worst_cases = result.worst_cases;
     return result;
   }
@@ -127,8 +145,8 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
 }  // namespace
 
 Answer run(Problem& problem, const SolverOptions& options, const MultistartObserver& observer,
-           const std::vector<std::vector<double>>& given) {
-  return run_on({}, &problem, nullptr, options, observer, given);
+           const Points& given) {
+  return run_on({&problem}, nullptr, options, observer, given);
 }
 
 Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
@@ -170,26 +188,24 @@ void RepeatedSolver::start_at(std::vector<RobustWorstCase> worst_cases) {
 void RepeatedSolver::reset() { kept_.reset(); }
 
 MultistartResult multistart(Problem& problem, const SolverOptions& options,
-                            const MultistartObserver& observer,
-                            const std::vector<std::vector<double>>& given) {
+                            const MultistartObserver& observer, const Points& given) {
   return run(problem, options, observer, given);
 }
 
 MultistartResult multistart(const ProblemFactory& make_problem, int threads,
                             const SolverOptions& options, const MultistartObserver& observer,
-                            const std::vector<std::vector<double>>& given) {
+                            const Points& given) {
   const int starts = std::max(options.minmax_starts, static_cast<int>(given.size()) + 1);
-  return run_on(make_models(make_problem, std::clamp(threads, 1, std::max(starts - 1, 1))), nullptr,
-                nullptr, options, observer, given);
+  const OwnModels own(make_problem, std::clamp(threads, 1, std::max(starts - 1, 1)));
+  return run_on(own.models, nullptr, options, observer, given);
 }
 
 MultistartResult multistart_over_ranks(const ProblemFactory& make_problem, int threads,
                                        const SolverOptions& options,
-                                       const MultistartObserver& observer,
-                                       const std::vector<std::vector<double>>& given) {
+                                       const MultistartObserver& observer, const Points& given) {
   Ranks ranks;
-  return run_on(make_models(make_problem, std::max(threads, 1)), nullptr, &ranks, options, observer,
-                given);
+  const OwnModels own(make_problem, std::max(threads, 1));
+  return run_on(own.models, &ranks, options, observer, given);
 }
 
 StartsRank join_ranks_for_starts() {

@@ -1,8 +1,8 @@
 #include "core/global/starts.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <new>
-#include <stdexcept>
 #include <system_error>
 #include <thread>
 
@@ -12,6 +12,7 @@
 #include "core/model/structure_check.hpp"
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/result_bytes.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
@@ -21,57 +22,46 @@ namespace ipminmax {
 
 void StartOutcomes::add(Index start, Result&& result) {
   constexpr Index kMostKept = 1000;
-  ++statuses_[result.status];
-  add_work(result);
+  ++statuses[result.status];
+  add_work(result, work);
   if (is_certified(result)) {
-    certified_.emplace(start, std::move(result));
+    certified.emplace(start, std::move(result));
     return;
   }
   if (start < kMostKept && !result.v.empty() && all_finite(result.v)) {
-    uncertified_.emplace(start, Uncertified{result.v, result.objective});
+    uncertified.emplace(start, result.v);
   }
   // Equal ranks go to the earlier start, in whatever order they end.
-  auto& [best_start, best] = best_uncertified_;
+  auto& [best_start, best] = best_uncertified;
   if (best_start < 0 || better(result, best) || (!better(best, result) && start < best_start)) {
-    best_uncertified_ = {start, std::move(result)};
+    best_uncertified = {start, std::move(result)};
   }
 }
-
-void StartOutcomes::add_work(const Result& part) { ipminmax::add_work(part, work_); }
 
 std::vector<std::pair<Index, Result>> StartOutcomes::take_certified() {
   std::vector<std::pair<Index, Result>> taken;
   for (const bool solved : {true, false}) {
-    for (auto& [start, result] : certified_) {
+    for (auto& [start, result] : certified) {
       if ((result.status == Status::Solved) == solved) taken.emplace_back(start, std::move(result));
     }
   }
-  certified_.clear();
+  certified.clear();
   return taken;
-}
-
-std::pair<Index, Result> StartOutcomes::take_best_uncertified() {
-  return std::exchange(best_uncertified_, {-1, {}});
 }
 
 namespace {
 
 bool has_free_min_variable(const ProblemStructure& s) {
-  for (const auto i : indices(s.variable_players)) {
-    if (s.variable_players[i] == Player::Min &&
-        !(i < s.variable_lower.size() && i < s.variable_upper.size() &&
-          s.variable_lower[i] == s.variable_upper[i])) {
-      return true;
-    }
-  }
-  return false;
+  const auto &lower = s.variable_lower, &upper = s.variable_upper;
+  return std::ranges::any_of(variables_of(s, Player::Min), [&](std::size_t i) {
+    return !(i < lower.size() && i < upper.size() && lower[i] == upper[i]);
+  });
 }
 
 }  // namespace
 
 Starts::Starts(const std::vector<Problem*>& models, const SolverOptions& options, Budget& budget,
-               const std::vector<std::vector<double>>& given,
-               const std::vector<RobustWorstCase>& known)
+               const Points& given, const std::vector<RobustWorstCase>& known)
     : options_(options),
       budget_(budget),
       given_(given),
@@ -81,13 +71,8 @@ Starts::Starts(const std::vector<Problem*>& models, const SolverOptions& options
 }
 
 void Starts::prepare() {
-  const std::size_t n = structure().variable_players.size();
-  for (const auto k : indices(given_)) {
-    if (given_[k].size() == n) continue;
-    throw std::invalid_argument("given starting point " + std::to_string(k) + " has " +
-                                std::to_string(given_[k].size()) + " values for " +
-                                std::to_string(n) + " variables");
-  }
+  for (const auto k : indices(given_))
+    require_size("given starting point " + std::to_string(k), structure(), given_[k]);
   last_ = std::max(options_.minmax_starts - 1, static_cast<Index>(given_.size()));
   asked_ = last_ + 1;
   maximization_ = !has_free_min_variable(structure());
@@ -97,12 +82,12 @@ Answer Starts::run() {
   prepare();
   run_start(workers_.front(), 0);
   if (!exception_ && last_ > 0) {
-    const Status first = outcomes_.statuses().begin()->first;
+    const Status first = outcomes_.statuses.begin()->first;
     if (!is_final(first)) {
       if (model_start_.empty()) read_model_start();
       start_after_the_first();
       // As a single solve does, which is not to find more than many starts.
-      if (search_failed(first) && !exception_ && !outcomes_.has_certified() &&
+      if (search_failed(first) && !exception_ && outcomes_.certified.empty() &&
           makes_new_starts(options_) && !options_.minmax_epigraph &&
           has_max_variables(structure()) && !budget_.used_up()) {
         run_start(workers_.front(), ++last_, {}, options_);
@@ -185,10 +170,9 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
   try {
     // The model's calls count once, whatever the number of threads.
     if (!std::exchange(worker.detected, true)) {
-      Result detection;
-      detection.counts = worker.structure.detect(*worker.model, options_);
+      const Counts calls = worker.structure.detect(*worker.model, options_);
       const std::lock_guard lock(mutex_);
-      if (start == 0) outcomes_.add_work(detection);
+      if (start == 0) outcomes_.work.counts += calls;
     }
     Restarted model(*worker.model, v);  // which keeps its start
     record(start, refine(worker, model, start, v, options));

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -16,47 +15,32 @@
 #include "core/answer.hpp"
 #include "core/global/audit.hpp"
 #include "core/global/choice.hpp"
+#include "core/global/points.hpp"
 #include "core/model/budget.hpp"
-#include "core/multistart.hpp"
 #include "core/parallel/ranks.hpp"
 #include "core/search/one_start.hpp"
+#include "core/search/random_starts.hpp"
 #include "linalg/inertia.hpp"
 
 namespace ipminmax {
 
 /// What the starts of a multistart left, in whatever order they ended; the answer is the best of
 /// this list.
-class StartOutcomes {
- public:
-  /// A start that no certified point came of.
-  struct Uncertified {
-    std::vector<double> v;
-    double objective;
-  };
+struct StartOutcomes {
+  std::map<Index, Result> certified;
+  /// Points of starts that no certified one came of, of the first thousand starts: their y may be
+  /// worse elsewhere.
+  std::map<Index, std::vector<double>> uncertified;
+  /// The best result without certificate, the earlier start's among equals; start -1: none.
+  std::pair<Index, Result> best_uncertified{-1, {}};
+  std::map<Status, Index> statuses;
+  Result work;  ///< iterations, factorizations, counts and times of all, and what is no start's
 
   /// Each start once.
   void add(Index start, Result&& result);
-  /// Work that is no start's.
-  void add_work(const Result& part);
-
-  [[nodiscard]] bool has_certified() const { return !certified_.empty(); }
-  /// By their starts. Of the first thousand starts, whose y may be worse elsewhere.
-  [[nodiscard]] const std::map<Index, Uncertified>& uncertified() const { return uncertified_; }
   /// Certified results in the order of their starts, those to full tolerance first: they stand for
   /// others to the acceptable level. The list has them no more.
   [[nodiscard]] std::vector<std::pair<Index, Result>> take_certified();
-  /// Of results without certificate, the earlier start's among equals; start -1: there is none.
-  [[nodiscard]] std::pair<Index, Result> take_best_uncertified();
-  [[nodiscard]] const std::map<Status, Index>& statuses() const { return statuses_; }
-  /// Iterations, factorizations, counts and times of all.
-  [[nodiscard]] const Result& work() const { return work_; }
-
- private:
-  std::map<Index, Result> certified_;
-  std::map<Index, Uncertified> uncertified_;
-  std::pair<Index, Result> best_uncertified_{-1, {}};
-  std::map<Status, Index> statuses_;
-  Result work_;
 };
 
 /// Numbers of starts to be made, handed out in ascending order to any number of threads.
@@ -112,7 +96,7 @@ class Starts {
   /// models: one per thread. Structure and options are in order.
   /// known: worst cases near the model's own start, of a solve before.
   Starts(const std::vector<Problem*>& models, const SolverOptions& options, Budget& budget,
-         const std::vector<std::vector<double>>& given, const std::vector<RobustWorstCase>& known);
+         const Points& given, const std::vector<RobustWorstCase>& known);
 
   Answer run();
   /// With the other ranks, which have called this, too; all return the same.
@@ -148,7 +132,7 @@ class Starts {
   std::vector<Worker> workers_;  ///< one per thread
   const SolverOptions& options_;
   Budget& budget_;
-  const std::vector<std::vector<double>>& given_;
+  const Points& given_;
   const std::vector<RobustWorstCase>& known_;
   std::vector<double> model_start_;
   bool maximization_ = false;  ///< no free Min variable: the larger value is the better one

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <new>
 #include <tuple>
 #include <utility>
@@ -7,8 +8,10 @@
 #include "core/global/over_y.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/starts.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "core/worst_case.hpp"
 
 // The answer of all starts: the best one, with other y of it looked at.
@@ -37,6 +40,9 @@ class Starts::Choice {
            has_max_variables(model_.structure());
   }
 
+  /// Adds certified points, unless they are known: then one more start has found them, and the
+  /// higher value stands for both. Where several y are worst, any of them may stand in v, and
+  /// points with the same x are one.
   void add_certified() {
     const ProblemStructure& structure = model_.structure();
     const bool branches = options_.minmax_epigraph || options_.minmax_epigraph_at_kinks;
@@ -45,12 +51,27 @@ class Starts::Choice {
     VariableRanges ranges(structure);
     ranges.see(all_.model_start_);
     for (const DistinctPoint& point : answer_.points) ranges.see(point.result.v);
-    for (const auto& [start, point] : all_.outcomes_.uncertified()) ranges.see(point.v);
+    for (const auto& [start, v] : all_.outcomes_.uncertified) ranges.see(v);
     auto certified = all_.outcomes_.take_certified();
     for (const auto& [start, result] : certified) ranges.see(result.v);
-    for (auto& [start, result] : certified) {
-      add_distinct(structure, ranges, by_x, options_.minmax_distinct_tol, start, std::move(result),
-                   answer_.points);
+    std::vector<std::size_t> compared = variables_of(structure, Player::Min);
+    if (!by_x)
+      std::ranges::copy(variables_of(structure, Player::Max), std::back_inserter(compared));
+    for (auto& one : certified) {
+      Result& result = one.second;
+      const auto known = std::ranges::find_if(answer_.points, [&](const DistinctPoint& point) {
+        return same_point(result.v, point.result.v, ranges, compared, options_.minmax_distinct_tol);
+      });
+      if (known == answer_.points.end()) {
+        answer_.points.push_back({std::move(result), one.first, 1});
+        continue;
+      }
+      ++known->found;
+      // The higher of two y at the same x is the worst case there.
+      if (by_x && result.objective > known->result.objective) {
+        known->result = std::move(result);
+        known->first_start = one.first;
+      }
     }
   }
 
@@ -64,8 +85,8 @@ class Starts::Choice {
       const WorstCase worst = best->worst_case;
       const bool goes_on = worst.higher && !worst.unbounded && more_starts-- > 0;
       if (goes_on && budget_.used_up()) best->over_y.finished = false;
-      Result work;
-      audit(model_, options_, Witnesses(), budget_, *best, work.counts);
+      Counts counts;
+      audit(model_, options_, Witnesses(), budget_, *best, counts);
       if (!goes_on) continue;
       if (budget_.interrupted()) return;
       all_.run_start(all_.workers_.front(), ++all_.last_, worst.v, all_.one_cold_search());
@@ -81,7 +102,7 @@ class Starts::Choice {
       if (best == nullptr || better(point.result, best->result)) best = &point;
     }
     if (best != nullptr) return {&best->result, best->first_start};
-    auto [start, other] = all_.outcomes_.take_best_uncertified();
+    auto [start, other] = std::exchange(all_.outcomes_.best_uncertified, {-1, {}});
     if (start >= 0 && (answer_.best_start < 0 || better(other, answer_.best))) {
       answer_.best_start = start;
       answer_.best = std::move(other);
@@ -91,12 +112,12 @@ class Starts::Choice {
 
   /// From the y of other points, too, without a certificate only where none has one.
   void look_over_y(Result& best, Index start) {
-    std::vector<std::vector<double>> others;
+    Points others;
     for (const DistinctPoint& other : answer_.points) {
       if (&other.result != &best) others.push_back(other.result.v);
     }
     if (answer_.points.empty()) {
-      for (const auto& [number, other] : all_.outcomes_.uncertified()) others.push_back(other.v);
+      for (const auto& [number, v] : all_.outcomes_.uncertified) others.push_back(v);
     }
     others.resize(std::min(others.size(), static_cast<std::size_t>(starts_ - 1)));
     Result work;
@@ -107,11 +128,11 @@ class Starts::Choice {
       budget_.stop(Status::OutOfMemory);
       best.over_y.finished = false;
     }
-    all_.outcomes_.add_work(work);
+    add_work(work, all_.outcomes_.work);
   }
 
   void choose_best() {
-    for (const auto& [status, count] : all_.outcomes_.statuses()) {
+    for (const auto& [status, count] : all_.outcomes_.statuses) {
       answer_.statuses.emplace_back(status, count);
       answer_.starts += count;
     }
@@ -138,7 +159,7 @@ class Starts::Choice {
     if (why && (best.over_x.made < all_.asked_ || *why == Status::UserStop))
       answer_.interrupted = why;
     if (why && !all_.interrupted_by_.empty()) best.message = all_.interrupted_by_;
-    set_work(all_.outcomes_.work(), best);
+    set_work(all_.outcomes_.work, best);
   }
 
   /// With the y of all starts.
@@ -153,9 +174,7 @@ class Starts::Choice {
     // The start that was to meet it was cut short.
     if (budget_.interrupted() && best.status == Status::WorstCaseNotMet)
       best.over_y.finished = false;
-    Result work;
-    audit(model_, options_, all_.witnesses_, budget_, best, work.counts);
-    all_.outcomes_.add_work(work);
+    audit(model_, options_, all_.witnesses_, budget_, best, all_.outcomes_.work.counts);
     if (looks && best.worst_case.higher && best.status != Status::WorstCaseNotMet)
       best.message += "\n" + describe_worst_case(best);
   }

@@ -15,9 +15,6 @@
 namespace ipminmax {
 namespace {
 
-/// Numbers of a list that are said.
-constexpr std::size_t kMostSaid = 6;
-
 std::string number(double value) { return number_text(value, 8); }
 
 /// Unless that was done.
@@ -34,12 +31,17 @@ bool varies(const WorstCase& found) {
 }
 
 /// "(a, b, c, ...)"
-std::string list(const std::vector<double>& values, std::size_t most) {
+std::string list(const std::vector<double>& values) {
+  constexpr std::size_t kMostSaid = 6;
   std::string text = "(";
-  for (std::size_t i = 0; i < std::min(most, values.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMostSaid, values.size()); ++i) {
     text += (i > 0 ? ", " : "") + number(values[i]);
   }
-  return text + (values.size() > most ? ", ...)" : ")");
+  return text + (values.size() > kMostSaid ? ", ...)" : ")");
+}
+
+std::string count(Index number, const char* what) {
+  return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
 }
 
 }  // namespace
@@ -49,18 +51,17 @@ std::string describe_worst_case(const Result& result) {
   if (found.starts == 0 && !found.higher) return {};
   if (found.starts == 0) {
     return "value " + number(result.objective) +
-           " is a local worst case only: the y of another start, y = " + list(found.y, kMostSaid) +
+           " is a local worst case only: the y of another start, y = " + list(found.y) +
            ", gives " + number(found.value) +
            " at this x\nminmax_worst_case_starts N searches for others" + over_branches(result);
   }
-  const std::string searched = " in " + std::to_string(found.starts) + " maximization" +
-                               (found.starts == 1 ? "" : "s") + " over y";
+  const std::string searched = " in " + count(found.starts, "maximization") + " over y";
   std::string text;
   if (found.unbounded) {
     text = "at this x the maximization over y is unbounded, seen" + searched;
   } else if (found.higher) {
     text = "value " + number(result.objective) +
-           " is a local worst case only: another y, y = " + list(found.y, kMostSaid) + ", gives " +
+           " is a local worst case only: another y, y = " + list(found.y) + ", gives " +
            number(found.value) + " at this x (largest" + searched + ")";
   } else if (found.stated_concave) {
     text = found.v.empty() ? "no maximum over y was found at this x"
@@ -78,7 +79,7 @@ std::string describe_worst_case(const Result& result) {
   }
   if (found.unbounded) return text;
   if (found.branches.size() > 1) {
-    text += "; values at the maxima: " + list(found.branches, kMostSaid);
+    text += "; values at the maxima: " + list(found.branches);
   }
   if (found.competing > 1) {
     text += "; " + std::to_string(found.competing) +
@@ -91,10 +92,6 @@ std::string describe_worst_case(const Result& result) {
 }
 
 namespace {
-
-std::string count(Index number, const char* what) {
-  return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
-}
 
 std::string what_it_is(const Result& result) {
   const Certificate& c = result.certificate;

@@ -1,10 +1,7 @@
 #include "core/worst_case.hpp"
-#include "core/model/indices.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "core/global/audit.hpp"
@@ -18,19 +15,6 @@
 
 namespace ipminmax {
 namespace {
-
-void check_point(const ProblemStructure& structure, std::span<const double> v) {
-  if (v.size() != structure.variable_players.size()) {
-    throw std::invalid_argument("the point of a worst-case check has " + std::to_string(v.size()) +
-                                " values for " + std::to_string(structure.variable_players.size()) +
-                                " variables");
-  }
-  for (const auto i : indices(v)) {
-    if (std::isfinite(v[i])) continue;
-    throw std::invalid_argument("variable " + std::to_string(i) +
-                                " of a worst-case check's point is not finite");
-  }
-}
 
 /// Values of maxima in the summary.
 constexpr std::size_t kMostListed = 10;
@@ -75,8 +59,7 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
 
 }  // namespace
 
-void look_for_worst_case(Problem& problem, Index starts,
-                         const std::vector<std::vector<double>>& given,
+void look_for_worst_case(Problem& problem, Index starts, const Points& given,
                          const MaximizationContext& context, Result& result) {
   MaximaOverY maxima = maximize_objective(problem, result.v, starts, given, context);
   result.worst_case = summary(problem, result.v, result.objective, maxima, context.options);
@@ -92,10 +75,9 @@ void look_for_worst_case(Problem& problem, Index starts,
 }
 
 WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
-                                const SolverOptions& options, Index starts,
-                                const std::vector<std::vector<double>>& given,
+                                const SolverOptions& options, Index starts, const Points& given,
                                 const MultistartObserver& observer) {
-  check_point(problem.structure(), v);
+  require_point("the point of a worst-case check", problem.structure(), v);
   WorstCaseCheck check;
   if (!has_max_variables(problem.structure())) return check;
   double here = -kInfinity;

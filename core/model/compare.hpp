@@ -56,6 +56,11 @@ struct ValueRange {
   return std::max(lower - value, value - upper);
 }
 
+/// The same of constraint j with that value.
+[[nodiscard]] inline double excess_of_row(const ProblemStructure& s, std::size_t j, double value) {
+  return excess(value, s.constraint_lower[j], s.constraint_upper[j]);
+}
+
 /// In what differences of each variable are measured: the width of its box, or, without two finite
 /// bounds, the spread of the values seen, or, where these are one, its size.
 class VariableRanges {

@@ -1,6 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <numeric>
+#include <vector>
+
+#include "linalg/inertia.hpp"
 
 // What loops over positions run over.
 namespace ipminmax {
@@ -26,6 +30,13 @@ struct Numbers {
 template <class Array>
 [[nodiscard]] Numbers<std::size_t> indices(const Array& array) {
   return {0, array.size()};
+}
+
+/// 0, 1, ..., count - 1.
+[[nodiscard]] inline std::vector<Index> numbers_below(std::size_t count) {
+  std::vector<Index> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
 }
 
 }  // namespace ipminmax

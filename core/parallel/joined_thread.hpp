@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <exception>
 #include <thread>
 
 namespace ipminmax {
@@ -13,5 +15,24 @@ struct JoinedThread : std::thread {
     if (joinable()) join();
   }
 };
+
+/// Calls work() in another thread, and meanwhile() in this one until that has ended. Returns the
+/// exception of work; null: it has thrown none.
+template <class Work, class Meanwhile>
+[[nodiscard]] std::exception_ptr run_beside(const Work& work, const Meanwhile& meanwhile) {
+  std::exception_ptr failure;
+  std::atomic<bool> done = false;
+  JoinedThread thread([&] {
+    try {
+      work();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    done = true;
+  });
+  while (!done) meanwhile();
+  thread.join();
+  return failure;
+}
 
 }  // namespace ipminmax

@@ -73,6 +73,10 @@ void Ranks::send(int rank, Kind kind, Index start, std::span<const char> bytes) 
   plugin_.send(rank, message.data(), message.size());
 }
 
+void Ranks::send_to_others(Kind kind, Index start, std::span<const char> bytes) {
+  for (int other = 1; other < size(); ++other) send(other, kind, start, bytes);
+}
+
 /// The next message of this multistart; those of later ones are put aside.
 bool Ranks::take_next(Message& message) {
   const auto mine = std::ranges::find(early(), serial_, &Early::serial);
@@ -113,16 +117,14 @@ void Ranks::beat() {
   const auto now = Clock::now();
   if (now - last_beat_ < std::chrono::seconds(1)) return;
   last_beat_ = now;
-  if (rank() != 0) {
-    send(0, Kind::Beat);
-    return;
-  }
-  for (int other = 1; other < size(); ++other) send(other, Kind::Beat);
+  if (rank() != 0) return send(0, Kind::Beat);
+  send_to_others(Kind::Beat);
 }
 
-double Ranks::silence(int rank) const {
-  return std::chrono::duration<double>(Clock::now() - heard_[static_cast<std::size_t>(rank)])
-      .count();
+bool Ranks::is_lost(int rank, double seconds) const {
+  const std::chrono::duration<double> silence =
+      Clock::now() - heard_[static_cast<std::size_t>(rank)];
+  return plugin_.gone(rank) || silence.count() > seconds;
 }
 
 void Ranks::pause() {

@@ -35,6 +35,7 @@ class Ranks {
     Kind kind{};
     Index start = 0;
     std::vector<char> bytes;
+    [[nodiscard]] std::string text() const { return {bytes.begin(), bytes.end()}; }
   };
 
   /// Seconds of silence after which a rank counts as dead.
@@ -54,16 +55,17 @@ class Ranks {
   [[nodiscard]] int rank() const { return plugin_.rank(); }
   [[nodiscard]] int size() const { return plugin_.size(); }
   void send(int rank, Kind kind, Index start = 0, std::span<const char> bytes = {});
+  /// Of rank 0: to all others.
+  void send_to_others(Kind kind, Index start = 0, std::span<const char> bytes = {});
   /// The next message that is not a beat.
   [[nodiscard]] std::optional<Message> receive();
   /// Once a second: tells others that this rank lives. Rank 0 tells all, the others rank 0.
   void beat();
-  /// Seconds since a message of that rank.
-  [[nodiscard]] double silence(int rank) const;
   /// The launcher wants an end.
   [[nodiscard]] bool stop_requested() const { return plugin_.stop_requested(); }
-  /// That process has ended, as far as can be seen from this machine.
-  [[nodiscard]] bool gone(int rank) const { return plugin_.gone(rank); }
+  /// That process has ended, as far as can be seen from this machine, or was silent for so many
+  /// seconds.
+  [[nodiscard]] bool is_lost(int rank, double seconds = kDeadAfter) const;
   /// That rank is dead: MPI is left without waiting for it.
   void forget(int rank) { plugin_.forget(rank); }
   /// Waits a little; longer the more often in a row.

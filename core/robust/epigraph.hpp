@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,14 +18,17 @@
 namespace ipminmax {
 
 /// min t subject to the model's constraints and f(x, y) - t <= 0, a robust constraint; or, for the
-/// least violation, t >= 0 subject to the model's constraints, robust ones with one bound relaxed by
-/// t: g - t <= upper for every y, or g + t >= lower. The variable t is the last one, the constraint
-/// on f too.
-class Epigraph final : public ByRows<Problem> {
+/// least violation, t >= 0 subject to the model's constraints, robust ones with one bound relaxed
+/// by t: g - t <= upper for every y, or g + t >= lower. The variable t is the last one, the
+/// constraint on f too.
+class Epigraph final : public ByRows<Problem>, private BoxesOf {
  public:
   /// reads_y: n, whether f reads a Max variable, as far as is known; none: it may read all.
   Epigraph(Problem& model, const std::vector<bool>& reads_y)
-      : model_(model), structure_(model.structure()), of_objective_(true) {
+      : BoxesOf(model.over_boxes()),
+        model_(model),
+        structure_(model.structure()),
+        of_objective_(true) {
     n_ = add_variable(structure_, Player::Min, -kInfinity, kInfinity, {-1, "t"});
     m_ = add_constraint(structure_, Player::Min, -kInfinity, 0.0, {-1, "f - t"});
     entries_ = structure_.jacobian.size();
@@ -38,12 +40,12 @@ class Epigraph final : public ByRows<Problem> {
     for (const Index i : read_) structure_.jacobian.push_back({m_, i});
     relax(m_, -1.0);
     gradient_.resize(at(n_));
-    if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions);
   }
 
   /// Of the least violation.
   explicit Epigraph(Problem& model)
-      : model_(model),
+      : BoxesOf(nullptr),
+        model_(model),
         structure_(model.structure()),
         of_objective_(false),
         m_(static_cast<Index>(structure_.constraint_players.size())),
@@ -133,21 +135,15 @@ class Epigraph final : public ByRows<Problem> {
                                  lambda.first(at(m_)), row_errors.first(at(n_)));
   }
 
-  [[nodiscard]] const BoxFunctions* over_boxes() const override {
-    return boxes_ ? &*boxes_ : nullptr;
-  }
+  [[nodiscard]] const BoxFunctions* over_boxes() const override { return if_known(); }
 
  private:
-  /// t, and the model's constraints with f - t.
-  class Boxes final : public BoxesOf {
-   public:
-    using BoxesOf::BoxesOf;
-    IntervalJet objective_over(std::span<const IntervalJet> v) const override { return v.back(); }
-    void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-      g.back() = model.all_over(v.first(v.size() - 1), g.first(g.size() - 1)) - v.back();
-    }
-    void determine(std::span<double> v) const override { model.determine(v.first(v.size() - 1)); }
-  };
+  // t, and the model's constraints with f - t.
+  IntervalJet objective_over(std::span<const IntervalJet> v) const override { return v.back(); }
+  void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+    g.back() = model_boxes->all_over(v.first(at(n_)), g.first(at(m_))) - v.back();
+  }
+  void determine(std::span<double> v) const override { model_boxes->determine(v.first(at(n_))); }
 
   /// Of these rows the model's.
   [[nodiscard]] std::span<const Index> of_model(std::span<const Index> rows) const {
@@ -172,7 +168,6 @@ class Epigraph final : public ByRows<Problem> {
   std::vector<Index> read_, unread_;  ///< variables that the row f - t has entries of, and others
   std::vector<double> gradient_;
   bool reads_more_ = false;
-  std::optional<Boxes> boxes_;
 };
 
 }  // namespace ipminmax

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/formulas/interval.hpp"
+#include "core/model/indices.hpp"
 #include "core/problem.hpp"
 #include "linalg/numbers.hpp"
 
@@ -31,10 +31,7 @@ inline void add_label(std::vector<std::string>& names, std::vector<Index>& numbe
                       std::size_t size, Label label) {
   names.resize(size);
   names.push_back(std::move(label.name));
-  if (numbers.empty()) {
-    numbers.resize(size);
-    std::iota(numbers.begin(), numbers.end(), 0);
-  }
+  if (numbers.empty()) numbers = numbers_below(size);
   numbers.push_back(label.number);
 }
 
@@ -68,23 +65,25 @@ inline void drop_constraint(ProblemStructure& s, Index j) {
   s.constraint_upper[at(j)] = kInfinity;
 }
 
-/// Functions over boxes of a model in another form: what follows from disturbances stays.
+/// Functions over boxes of a model in another form, which derives from it: what follows from
+/// disturbances stays. They are called only if the model's are known.
 class BoxesOf : public BoxFunctions {
  public:
-  explicit BoxesOf(const BoxFunctions& functions) : model(functions) {}
-  IntervalJet objective_over(std::span<const IntervalJet> v) const override {
-    return model.objective_over(v);
-  }
-
+  /// functions: the model's; null: they are not known.
+  explicit BoxesOf(const BoxFunctions* functions) : model_boxes(functions) {}
   void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-    model.constraints_over(v, g);
+    model_boxes->constraints_over(v, g);
   }
-  bool is_concurrent() const override { return model.is_concurrent(); }
-  Determined determined() const override { return model.determined(); }
-  void determine(std::span<double> v) const override { model.determine(v); }
+  bool is_concurrent() const override { return model_boxes->is_concurrent(); }
+  Determined determined() const override { return model_boxes->determined(); }
+  void determine(std::span<double> v) const override { model_boxes->determine(v); }
 
  protected:
-  const BoxFunctions& model;
+  [[nodiscard]] const BoxFunctions* if_known() const {
+    return model_boxes != nullptr ? this : nullptr;
+  }
+
+  const BoxFunctions* model_boxes;
 };
 
 }  // namespace ipminmax

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "core/model/budget.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/initial_point.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 #include "core/robust/extended_structure.hpp"
@@ -34,47 +31,51 @@ class RobustCopies final : public Problem {
     bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
     bool held = false;      ///< y stays at v, what follows from it apart: a scenario
     int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
-    [[nodiscard]] bool is_of_same(const WorstCase& other) const {
-      return constraint == other.constraint && side * other.side >= 0;
+    /// Whether it is one of this bound of a constraint, or of both bounds.
+    [[nodiscard]] bool is_of(Index its_constraint, int its_side) const {
+      return constraint == its_constraint && side * its_side >= 0;
     }
   };
-  /// scopes: of the model. reads_y: n, whether f reads a Max variable. Robust constraints without a
-  /// worst case are left out. Where the budget is interrupted it is undefined: one evaluation is
-  /// many of the model.
-  RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const RobustScopes& scopes,
-               const std::vector<bool>& reads_y, Budget& budget)
+  using WorstCases = std::vector<WorstCase>;
+
+  /// start: n values, whose x is where it starts. scopes: of the model. reads_y: n, whether f reads
+  /// a Max variable. Robust constraints without a worst case are left out. Where the budget is
+  /// interrupted it is undefined: one evaluation is many of the model.
+  RobustCopies(Problem& model, std::vector<double> start, WorstCases worst_cases,
+               const RobustScopes& scopes, const std::vector<bool>& reads_y, Budget& budget)
       : model_(model),
         budget_(budget),
-        worst_cases_(std::move(worst_cases)),
+        start_(std::move(start)),
         structure_(model.structure()),
+        model_variable_(numbers_below(structure_.variable_players.size())),
+        model_row_(numbers_below(structure_.constraint_players.size())),
         v_(structure_.variable_players.size()),
         g_(structure_.constraint_players.size()),
         lambda_(g_.size()),
         jacobian_(structure_.jacobian.size()),
         hessian_(structure_.hessian.size()) {
     structure_.nonlinear_variables.reset();
-    for (const auto& [constraint, v, copied, held, side] : worst_cases_)
-      scopes_.push_back(copied ? scopes.of(constraint) : scopes.all_of(constraint));
-    model_variable_.resize(v_.size());
-    std::iota(model_variable_.begin(), model_variable_.end(), 0);
-    model_row_.resize(g_.size());
-    std::iota(model_row_.begin(), model_row_.end(), 0);
+    parts_.resize(worst_cases.size() + 1);
+    for (Part& part : parts_) part.column = model_variable_;
+    for (const auto k : indices(worst_cases)) {
+      Part& part = parts_[k + 1];
+      part.worst_case = std::move(worst_cases[k]);
+      const Index row = part.worst_case.constraint;
+      part.scope = part.worst_case.copied ? scopes.of(row) : scopes.all_of(row);
+    }
     add_base(scopes, reads_y);
-    for (const auto k : indices(worst_cases_)) add_worst_case(k);
+    for (std::size_t copy = 1; copy < parts_.size(); ++copy) add_worst_case(copy);
     serve_rows(reads_y);
     add_entries();
   }
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     if (start.needs_multipliers) return false;
-    const auto own = start_.empty() ? model_start(model_) : std::optional(start_);
-    if (!own) return false;
-    std::ranges::copy(*own, start.v.begin());
-    for (const auto k : indices(worst_cases_)) {
-      const WorstCase& worst_case = worst_cases_[k];
-      const Part& part = parts_[k + 1];
-      for (const auto i : indices(*own)) {
-        if (at(part.column[i]) != i) start.v[at(part.column[i])] = worst_case.v[i];
+    std::ranges::copy(start_, start.v.begin());
+    for (const Part& part : worst_cases()) {
+      for (const auto i : indices(start_)) {
+        const auto copy = at(part.column[i]);
+        if (copy != i) start.v[copy] = part.worst_case.v[i];
       }
     }
     return true;
@@ -155,102 +156,90 @@ class RobustCopies final : public Problem {
     return inexact;
   }
 
-  /// Starts at x of this point of the model, n values, instead of the model's start.
-  void start_at(std::vector<double> v) { start_ = std::move(v); }
-  [[nodiscard]] const std::vector<WorstCase>& worst_cases() const { return worst_cases_; }
-  /// What the k-th worst case involves.
-  [[nodiscard]] const RobustScope& scope(std::size_t k) const { return scopes_[k]; }
-  /// The k-th worst case at a result's variables: x with its y, n values.
-  [[nodiscard]] std::vector<double> model_point(std::span<const double> v, std::size_t k) const {
-    std::vector<double> point(v_.size());
-    for (const auto i : indices(point)) point[i] = v[at(parts_[k + 1].column[i])];
-    static_cast<void>(complete(model_, scopes_[k].follows, point));  // else it is none of Max's
-    return point;
-  }
-
-  /// Row of the k-th worst case.
-  [[nodiscard]] Index row(std::size_t k) const { return parts_[k + 1].row; }
-  /// The model's variable and row that a variable and a row of this problem are, or copy.
-  [[nodiscard]] Index model_variable(Index i) const {
-    return model_variable_[static_cast<std::size_t>(i)];
-  }
-  [[nodiscard]] Index model_row(Index j) const { return model_row_[static_cast<std::size_t>(j)]; }
-  /// Variable, of a result, that stands for one of the model in the k-th worst case.
-  [[nodiscard]] Index variable(std::size_t k, Index model_variable) const {
-    return parts_[k + 1].column[static_cast<std::size_t>(model_variable)];
-  }
-
-  /// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its
-  /// distance to the bound.
-  [[nodiscard]] bool is_active(const Result& result, std::size_t k) const {
-    const std::size_t own = at(row(k));
-    const ProblemStructure& s = structure();
-    const double distance = std::min(std::abs(s.constraint_upper[own] - result.constraints[own]),
-                                     std::abs(result.constraints[own] - s.constraint_lower[own]));
-    return std::abs(result.lambda[own]) > distance;
-  }
-
- private:
   /// The model evaluated at one y: its rows that count there and where they and the columns go.
   struct Part {
-    std::vector<Index> column;  ///< n: variable of this problem
+    WorstCase worst_case;
+    RobustScope scope;          ///< what it involves
+    std::vector<Index> column;  ///< n: variable of this problem that stands for the model's
     std::vector<Index> row_of;  ///< m: row of this problem, -1: does not count here
-    std::vector<Index> rows{};  ///< of the model, that count here
+    std::vector<Index> rows;    ///< of the model, that count here
     Index row = -1;             ///< of the worst case
     bool with_objective = false;
     std::vector<std::size_t> jacobian, hessian;  ///< entries of the model that count here
     std::vector<Index> serving;  ///< constraints of the model on a y that serves the row
     std::size_t zeros = 0;       ///< entries behind the others
   };
-  /// The first worst case of a constraint; empty: none, the constraint does not count.
-  [[nodiscard]] std::optional<std::size_t> first_of(Index constraint) const {
-    const auto first = std::ranges::find(worst_cases_, constraint, &WorstCase::constraint);
-    if (first == worst_cases_.end()) return {};
-    return static_cast<std::size_t>(first - worst_cases_.begin());
+  /// The worst cases.
+  [[nodiscard]] std::span<const Part> worst_cases() const { return std::span(parts_).subspan(1); }
+  /// A worst case at a result's variables: x with its y, n values.
+  [[nodiscard]] std::vector<double> model_point(std::span<const double> v, const Part& part) const {
+    std::vector<double> point;
+    for (const Index i : part.column) point.push_back(v[at(i)]);
+    static_cast<void>(complete(model_, part.scope.follows, point));  // else it is none of Max's
+    return point;
   }
 
-  void add_base(const RobustScopes& scopes, const std::vector<bool>& reads_y) {
-    const ProblemStructure& s = model_.structure();
-    Part base;
-    base.with_objective = true;
-    base.column = model_variable_;
-    base.row_of = model_row_;
-    for (const auto [row, col] : s.jacobian) {
-      if (s.constraint_players[at(row)] == Player::Min &&
-          s.variable_players[at(col)] == Player::Max) {
-        base.row_of[at(row)] = -1;  // its worst cases' part
-      }
+  /// The model's variable and row that each variable and each row of this problem is, or copies.
+  [[nodiscard]] const std::vector<Index>& model_variables() const { return model_variable_; }
+  [[nodiscard]] const std::vector<Index>& model_rows() const { return model_row_; }
+  /// Whether the row of a worst case holds x where it is: its multiplier exceeds its distance to
+  /// the bound.
+  [[nodiscard]] bool is_active(const Result& result, const Part& part) const {
+    const std::size_t own = at(part.row);
+    const double value = result.constraints[own];
+    const double distance = std::min(std::abs(structure_.constraint_upper[own] - value),
+                                     std::abs(value - structure_.constraint_lower[own]));
+    return std::abs(result.lambda[own]) > distance;
+  }
+
+ private:
+  /// The first worst case of a constraint; null: none, the constraint does not count.
+  [[nodiscard]] const Part* first_of(Index constraint) const {
+    for (const Part& part : worst_cases()) {
+      if (part.worst_case.constraint == constraint) return &part;
     }
-    parts_.push_back(std::move(base));
-    for (const Index row : robust_constraints(s)) {
-      if (!first_of(row)) drop_constraint(structure_, row);
+    return nullptr;
+  }
+
+  /// The model's own y; what of them nothing reads any more is held.
+  void add_base(const RobustScopes& scopes, const std::vector<bool>& reads_y) {
+    Part& base = parts_.front();
+    base.with_objective = true;
+    base.row_of = model_row_;
+    const std::vector<Index> robust = robust_constraints(model_.structure());
+    for (const Index row : robust) {
+      base.row_of[at(row)] = -1;  // its worst cases' part
+      if (first_of(row) == nullptr) drop_constraint(structure_, row);
     }
     // Of Max's variables count those that f reads or that a robust constraint has to itself, and
     // whatever is tied to them.
     std::vector<bool> read = reads_y;
-    for (const auto k : indices(worst_cases_)) {
-      if (worst_cases_[k].copied) continue;
-      for (const Index i : scopes_[k].variables) read[at(i)] = true;
+    for (const Part& part : worst_cases()) {
+      if (part.worst_case.copied) continue;
+      for (const Index i : part.scope.variables) read[at(i)] = true;
     }
-    drop_unread(scopes, read);
+    for (const Index row : robust) {
+      const Part* first = first_of(row);
+      if (first != nullptr && !first->worst_case.copied) continue;
+      const RobustScope scope = scopes.all_of(row);
+      if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
+      hold(scope.variables, (first != nullptr ? *first : parts_[1]).worst_case);
+      for (const Index j : scope.constraints) drop_constraint(structure_, j);
+    }
   }
 
-  void add_worst_case(std::size_t k) {
-    const WorstCase& worst_case = worst_cases_[k];
-    const std::size_t copy = parts_.size();
-    const auto same_row = [&](const Part& part) { return part.row == worst_case.constraint; };
-    Part part;
-    part.column.resize(v_.size());
-    std::iota(part.column.begin(), part.column.end(), 0);
+  void add_worst_case(std::size_t copy) {
+    Part& part = parts_[copy];
+    const WorstCase& worst_case = part.worst_case;
     part.row_of.assign(g_.size(), -1);
-    part.row = std::ranges::any_of(parts_, same_row)
-                   ? copy_row(worst_case.constraint, copy, Player::Min)
-                   : worst_case.constraint;
+    part.row = first_of(worst_case.constraint) == &part
+                   ? worst_case.constraint
+                   : copy_row(worst_case.constraint, copy, Player::Min);
     part.row_of[at(worst_case.constraint)] = part.row;
     if (worst_case.side > 0) structure_.constraint_lower[at(part.row)] = -kInfinity;
     if (worst_case.side < 0) structure_.constraint_upper[at(part.row)] = kInfinity;
     if (worst_case.copied) {
-      const RobustScope& scope = scopes_[k];
+      const RobustScope& scope = part.scope;
       // What follows from a y that is held is Min's: Max has no choice left.
       const Player player = worst_case.held ? Player::Min : Player::Max;
       for (const Index i : scope.variables) {
@@ -262,7 +251,6 @@ class RobustCopies final : public Problem {
         for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy, player);
       }
     }
-    parts_.push_back(std::move(part));
   }
 
   [[nodiscard]] Index copy_variable(Index i, std::size_t copy, Player player, double value,
@@ -282,37 +270,25 @@ class RobustCopies final : public Problem {
                           label_of_copy(s.constraint_names, s.constraint_numbers, j, copy));
   }
 
-  void drop_unread(const RobustScopes& scopes, const std::vector<bool>& read) {
-    for (const Index row : robust_constraints(model_.structure())) {
-      const auto first = first_of(row);
-      if (first && !worst_cases_[*first].copied) continue;
-      const RobustScope scope = scopes.all_of(row);
-      if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
-      hold(scope.variables, worst_cases_[first.value_or(0)]);
-      for (const Index j : scope.constraints) drop_constraint(structure_, j);
-    }
-  }
-
   /// Copies, and variables of the model that nothing else reads, serve the row of their worst case.
   void serve_rows(const std::vector<bool>& reads_y) {
     std::vector<Index>& served = structure_.served_constraint;
     served.assign(structure_.variable_players.size(), -1);
     std::vector<Index> readers(v_.size(), 0);
-    for (const auto k : indices(worst_cases_)) {
-      if (first_of(worst_cases_[k].constraint) != k) continue;
-      for (const Index i : scopes_[k].variables) ++readers[at(i)];
+    for (const Part& part : worst_cases()) {
+      if (first_of(part.worst_case.constraint) != &part) continue;
+      for (const Index i : part.scope.variables) ++readers[at(i)];
     }
-    for (const auto k : indices(worst_cases_)) {
-      const WorstCase& worst_case = worst_cases_[k];
-      const Index own = row(k);
-      const RobustScope& scope = scopes_[k];
+    for (Part& part : std::span(parts_).subspan(1)) {
+      const WorstCase& worst_case = part.worst_case;
+      const RobustScope& scope = part.scope;
       const bool shared = !worst_case.copied && std::ranges::any_of(scope.variables, [&](Index i) {
         return reads_y[at(i)] || readers[at(i)] > 1;
       });
       if (shared || worst_case.held) continue;
       if (!worst_case.copied) hold(scope.idle, worst_case);
-      for (const Index i : scope.variables) served[at(variable(k, i))] = own;
-      parts_[k + 1].serving = scope.constraints;
+      for (const Index i : scope.variables) served[at(part.column[at(i)])] = part.row;
+      part.serving = scope.constraints;
     }
   }
 
@@ -374,9 +350,7 @@ class RobustCopies final : public Problem {
   }
   Problem& model_;
   Budget& budget_;
-  std::vector<WorstCase> worst_cases_;
-  std::vector<RobustScope> scopes_;  ///< of each worst case
-  std::vector<double> start_;        ///< empty: the model's
+  std::vector<double> start_;
   ProblemStructure structure_;
   std::vector<Part> parts_;                        ///< the model's own y, then the worst cases
   std::vector<Index> model_variable_, model_row_;  ///< of each variable and row

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
@@ -13,6 +12,12 @@
 namespace ipminmax {
 namespace {
 
+bool is_equation_of_max(const ProblemStructure& s, std::size_t j) {
+  return s.constraint_players[j] == Player::Max && s.constraint_lower[j] == s.constraint_upper[j];
+}
+
+}  // namespace
+
 std::vector<Index> marked(const std::vector<bool>& marks) {
   std::vector<Index> found;
   for (const auto i : indices(marks)) {
@@ -21,11 +26,19 @@ std::vector<Index> marked(const std::vector<bool>& marks) {
   return found;
 }
 
-bool is_equation_of_max(const ProblemStructure& s, std::size_t j) {
-  return s.constraint_players[j] == Player::Max && s.constraint_lower[j] == s.constraint_upper[j];
+std::vector<std::size_t> variables_of(const ProblemStructure& s, Player player) {
+  std::vector<std::size_t> found;
+  for (const auto i : indices(s.variable_players)) {
+    if (s.variable_players[i] == player) found.push_back(i);
+  }
+  return found;
 }
 
-}  // namespace
+std::vector<std::vector<std::size_t>> entries_of_rows(const ProblemStructure& s) {
+  std::vector<std::vector<std::size_t>> entries(s.constraint_players.size());
+  for (const auto k : indices(s.jacobian)) entries[at(s.jacobian[k].row)].push_back(k);
+  return entries;
+}
 
 bool has_valid_indices(const ProblemStructure& s) { return check_indices(s).empty(); }
 
@@ -54,17 +67,13 @@ RobustScopes::RobustScopes(const ProblemStructure& structure, const std::vector<
     columns_[at(row)].push_back(col);
     if (structure.constraint_players[at(row)] == Player::Max) rows_[at(col)].push_back(row);
   }
-  match();
+  // Max's equations get unbounded variables of their own: a largest matching.
+  for (const auto row : indices(columns_)) {
+    if (is_equation_of_max(structure, row)) match_from(static_cast<Index>(row));
+  }
   for (const auto k : indices(linear)) {
     const auto [row, col] = structure.jacobian[k];
     if (determines_[at(row)] == col) explicit_[at(row)] = linear[k];
-  }
-}
-
-/// Gives Max's equations unbounded variables of their own: a largest matching.
-void RobustScopes::match() {
-  for (const auto row : indices(columns_)) {
-    if (is_equation_of_max(*structure_, row)) match_from(static_cast<Index>(row));
   }
 }
 
@@ -100,38 +109,6 @@ void RobustScopes::match_from(Index start) {
   }
 }
 
-/// What constraints of Max tie to what a constraint reads.
-void RobustScopes::tie(Index constraint, Marks& variables, Marks& rows) const {
-  std::vector<Index> queue;
-  const auto read = [&](Index row) {
-    for (const Index i : columns_[at(row)]) {
-      if (!variables[at(i)]) queue.push_back(i);
-      variables[at(i)] = true;
-    }
-  };
-  read(constraint);
-  for (std::size_t next = 0; next < queue.size(); ++next) {
-    for (const Index row : rows_[at(queue[next])]) {
-      if (rows[at(row)]) continue;
-      rows[at(row)] = true;
-      read(row);
-    }
-  }
-}
-
-/// Adds what the variables that constraints read depend on, through the equations that determine
-/// them.
-void RobustScopes::depend(const std::vector<Index>& seeds, Marks& variables) const {
-  std::vector<Index> queue = seeds;
-  for (std::size_t next = 0; next < queue.size(); ++next) {
-    for (const Index i : columns_[at(queue[next])]) {
-      if (variables[at(i)]) continue;
-      variables[at(i)] = true;
-      if (determined_by_[at(i)] >= 0) queue.push_back(determined_by_[at(i)]);
-    }
-  }
-}
-
 /// What of Max the constraint depends on, if these constraints are tied to it: one that determines
 /// nothing restricts what it reads, and so what that depends on.
 RobustScopes::Marks RobustScopes::matters(Index constraint,
@@ -148,7 +125,14 @@ RobustScopes::Marks RobustScopes::matters(Index constraint,
   Marks matters(rows_.size(), false);
   for (std::size_t before = 0; seeds.size() > before;) {
     before = seeds.size();
-    depend(seeds, matters);
+    // What the variables that these read depend on, through the equations that determine them.
+    std::vector<Index> queue = seeds;
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      for (const Index i : columns_[at(queue[next])]) {
+        if (!matters[at(i)] && determined(i)) queue.push_back(determined_by_[at(i)]);
+        matters[at(i)] = true;
+      }
+    }
     for (const Index row : restricting) {
       const auto& reads = columns_[at(row)];
       if (std::ranges::any_of(reads, [&](Index i) { return matters[at(i)]; }) &&
@@ -198,12 +182,26 @@ std::vector<Index> RobustScopes::followers(const RobustScope& scope) const {
   return found;
 }
 
-/// counts: what of Max the constraint depends on.
-RobustScope RobustScopes::tied(Index constraint, Marks& counts) const {
+RobustScope RobustScopes::all_of(Index constraint) const {
+  // What constraints of Max tie to what the constraint reads.
   Marks variables(rows_.size(), false), rows(columns_.size(), false);
-  tie(constraint, variables, rows);
+  std::vector<Index> queue;
+  const auto read = [&](Index row) {
+    for (const Index i : columns_[at(row)]) {
+      if (!variables[at(i)]) queue.push_back(i);
+      variables[at(i)] = true;
+    }
+  };
+  read(constraint);
+  for (std::size_t next = 0; next < queue.size(); ++next) {
+    for (const Index row : rows_[at(queue[next])]) {
+      if (rows[at(row)]) continue;
+      rows[at(row)] = true;
+      read(row);
+    }
+  }
   RobustScope scope{marked(variables), marked(rows), {}, {}};
-  counts = matters(constraint, scope.constraints);
+  const Marks counts = matters(constraint, scope.constraints);
   for (const Index i : scope.variables) {
     if (!counts[at(i)] && determined_by_[at(i)] < 0) scope.idle.push_back(i);
   }
@@ -211,20 +209,13 @@ RobustScope RobustScopes::tied(Index constraint, Marks& counts) const {
   return scope;
 }
 
-RobustScope RobustScopes::all_of(Index constraint) const {
-  Marks counts;
-  return tied(constraint, counts);
-}
-
 std::vector<RobustScope::Explicit> RobustScopes::follows() const {
-  std::vector<Index> all(rows_.size());
-  std::iota(all.begin(), all.end(), 0);
-  return in_order(all, Marks(all.size(), false));
+  return in_order(numbers_below(rows_.size()), Marks(rows_.size(), false));
 }
 
 RobustScope RobustScopes::of(Index constraint) const {
-  Marks counts;
-  RobustScope scope = tied(constraint, counts);
+  RobustScope scope = all_of(constraint);
+  const Marks counts = matters(constraint, scope.constraints);
   scope.follows = in_order(scope.variables, Marks(rows_.size(), false));
   if (scope.follows.empty()) scope.follows = in_order(scope.variables, counts);
   const auto is_behind = [&](auto equation) { return !counts[at(equation.variable)]; };
@@ -237,10 +228,6 @@ RobustScope RobustScopes::of(Index constraint) const {
   });
   scope.followers = followers(scope);
   return scope;
-}
-
-RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
-  return RobustScopes(s).of(constraint);
 }
 
 std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v, Counts& counts) {
@@ -270,28 +257,19 @@ bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
   constexpr double kRounding = 1e-11;  // beside the terms of an equation
   const ProblemStructure& s = model.structure();
   std::vector<Index> rows;
-  std::vector<std::size_t> place(s.constraint_players.size(), follows.size());
-  for (const auto k : indices(follows)) {
-    rows.push_back(follows[k].constraint);
-    place[at(rows.back())] = k;
-  }
+  for (const auto& [row, variable] : follows) rows.push_back(row);
   std::ranges::sort(rows);
-  std::vector<std::vector<std::size_t>> entries(follows.size());
-  for (const auto k : indices(s.jacobian)) {
-    const std::size_t own = place[at(s.jacobian[k].row)];
-    if (own < entries.size()) entries[own].push_back(k);
-  }
-  std::vector<double> g(place.size()), jacobian(s.jacobian.size()), step(v.size());
+  const auto entries = entries_of_rows(s);
+  std::vector<double> g(entries.size()), jacobian(s.jacobian.size()), step(v.size());
   for (std::size_t done = 0; done <= follows.size() + 1; ++done) {
     if (!model.constraint_rows(rows, v, true, g) || !model.jacobian_rows(rows, v, false, jacobian))
       return false;
     bool holds = true;
     std::ranges::fill(step, 0.0);
-    for (const auto k : indices(entries)) {
-      const auto [row, variable] = follows[k];
+    for (const auto& [row, variable] : follows) {
       const double error = g[at(row)] - s.constraint_lower[at(row)];
       double terms = std::abs(s.constraint_lower[at(row)]), rest = error, slope = 0.0;
-      for (const std::size_t entry : entries[k]) {
+      for (const std::size_t entry : entries[at(row)]) {
         const Index col = s.jacobian[entry].col;
         terms += std::abs(jacobian[entry] * v[at(col)]);
         (col == variable ? slope : rest) +=

@@ -13,6 +13,16 @@ namespace ipminmax {
 /// The robust constraints of a model, ascending; none where indices cannot be followed.
 [[nodiscard]] std::vector<Index> robust_constraints(const ProblemStructure& structure);
 
+/// Indices of a player's variables, ascending.
+[[nodiscard]] std::vector<std::size_t> variables_of(const ProblemStructure& structure,
+                                                    Player player);
+
+/// Indices that are marked, ascending.
+[[nodiscard]] std::vector<Index> marked(const std::vector<bool>& marks);
+
+/// Of each constraint its entries in the Jacobian.
+[[nodiscard]] std::vector<std::vector<std::size_t>> entries_of_rows(const ProblemStructure& s);
+
 /// What of Max a robust constraint involves: the Max variables that it reads, those tied to them by
 /// Max constraints, and these constraints. Ascending.
 struct RobustScope {
@@ -52,11 +62,7 @@ class RobustScopes {
 
  private:
   using Marks = std::vector<bool>;
-  void match();
   void match_from(Index row);
-  void tie(Index constraint, Marks& variables, Marks& rows) const;
-  void depend(const std::vector<Index>& seeds, Marks& variables) const;
-  [[nodiscard]] RobustScope tied(Index constraint, Marks& counts) const;
   [[nodiscard]] Marks matters(Index constraint, const std::vector<Index>& constraints) const;
   [[nodiscard]] std::vector<Index> followers(const RobustScope& scope) const;
   [[nodiscard]] std::vector<RobustScope::Explicit> in_order(const std::vector<Index>& variables,
@@ -74,9 +80,6 @@ class RobustScopes {
 /// they have none.
 [[nodiscard]] bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
                             std::vector<double>& v);
-
-/// One of them.
-[[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);
 
 /// Whether y can be held, followers apart, as a scenario of a robust constraint: not where Y moves
 /// with x in another way than by equations that determine followers, for then no fixed y is in it

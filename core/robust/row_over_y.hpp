@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,44 +16,46 @@ namespace ipminmax {
 /// max over y of side * g(x, y) for one robust constraint g of the model, y in Y(x), x held; side
 /// -1 is for its lower bound. Variables and constraints are the model's: those that the row does
 /// not involve are fixed and absent; these constraints are not evaluated but 0.
-class RowOverY final : public Restructured {
+class RowOverY final : public ForwardingProblem, private BoxesOf {
  public:
   /// v: n, x and where y starts. scope: of the constraint.
   RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
            const RobustScope& scope)
-      : Restructured(model),
+      : ForwardingProblem(model),
+        BoxesOf(model.over_boxes()),
+        changed_(model.structure()),
         constraint_(constraint),
         side_(side),
         start_(std::move(v)),
         rows_(scope.constraints),
-        g_(changed.constraint_players.size()),
+        g_(changed_.constraint_players.size()),
         lambda_(g_.size()),
         jacobian_(model.structure().jacobian.size()) {
     const ProblemStructure& s = model.structure();
-    changed.variable_lower = changed.variable_upper = start_;
-    std::ranges::fill(changed.constraint_lower, -kInfinity);
-    std::ranges::fill(changed.constraint_upper, kInfinity);
+    changed_.variable_lower = changed_.variable_upper = start_;
+    std::ranges::fill(changed_.constraint_lower, -kInfinity);
+    std::ranges::fill(changed_.constraint_upper, kInfinity);
     for (const Index i : scope.variables) {
-      changed.variable_lower[at(i)] = s.variable_lower[at(i)];
-      changed.variable_upper[at(i)] = s.variable_upper[at(i)];
+      changed_.variable_lower[at(i)] = s.variable_lower[at(i)];
+      changed_.variable_upper[at(i)] = s.variable_upper[at(i)];
     }
-    for (const Index i : scope.idle) fix_variable(changed, i, start_[at(i)]);
+    for (const Index i : scope.idle) fix_variable(changed_, i, start_[at(i)]);
     for (const Index j : rows_) {
-      changed.constraint_lower[at(j)] = s.constraint_lower[at(j)];
-      changed.constraint_upper[at(j)] = s.constraint_upper[at(j)];
+      changed_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
+      changed_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
     }
-    changed.jacobian.clear();
+    changed_.jacobian.clear();
     for (const auto k : indices(s.jacobian)) {
       const Index row = s.jacobian[k].row;
       if (row == constraint_) entries_.push_back(k);
       if (!std::ranges::binary_search(rows_, row)) continue;
       rows_entries_.push_back(k);
-      changed.jacobian.push_back(s.jacobian[k]);
+      changed_.jacobian.push_back(s.jacobian[k]);
     }
-    changed.nonlinear_variables.reset();
-    if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, *this);
+    changed_.nonlinear_variables.reset();
   }
 
+  [[nodiscard]] const ProblemStructure& structure() const override { return changed_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     std::ranges::copy(start_, start.v.begin());
     return !start.needs_multipliers;
@@ -94,16 +95,6 @@ class RowOverY final : public Restructured {
     return true;
   }
 
-  // Entries are not the model's.
-  [[nodiscard]] bool constraint_rows(std::span<const Index>, std::span<const double> v, bool new_v,
-                                     std::span<double> g) override {
-    return constraints(v, new_v, g);
-  }
-  [[nodiscard]] bool jacobian_rows(std::span<const Index>, std::span<const double> v, bool new_v,
-                                   std::span<double> values) override {
-    return jacobian(v, new_v, values);
-  }
-
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool,
                              std::span<double> values) override {
@@ -116,27 +107,17 @@ class RowOverY final : public Restructured {
     return model().hessian_errors(v, 0.0, weights(sigma, lambda), row_errors);
   }
 
-  [[nodiscard]] const BoxFunctions* over_boxes() const override {
-    return boxes_ ? &*boxes_ : nullptr;
-  }
+  [[nodiscard]] const BoxFunctions* over_boxes() const override { return if_known(); }
 
  private:
-  /// side * g as an objective over boxes.
-  class Boxes final : public BoxesOf {
-   public:
-    Boxes(const BoxFunctions& functions, const RowOverY& row) : BoxesOf(functions), row_(row) {}
-    IntervalJet objective_over(std::span<const IntervalJet> v) const override {
-      std::vector<IntervalJet> g(row_.g_.size());
-      return all_over(v, g);
-    }
-    IntervalJet all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-      model.constraints_over(v, g);
-      return IntervalJet(row_.side_) * g[at(row_.constraint_)];
-    }
-
-   private:
-    const RowOverY& row_;
-  };
+  IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+    std::vector<IntervalJet> g(g_.size());
+    return all_over(v, g);
+  }
+  IntervalJet all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+    constraints_over(v, g);
+    return IntervalJet(side_) * g[at(constraint_)];
+  }
   [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda) {
     std::ranges::copy(lambda, lambda_.begin());
     lambda_[at(constraint_)] = sigma * side_;
@@ -144,13 +125,13 @@ class RowOverY final : public Restructured {
   }
   [[nodiscard]] std::span<const Index> row() const { return {&constraint_, 1}; }
 
+  ProblemStructure changed_;  ///< the model's, of the same size
   Index constraint_;
   double side_;
   std::vector<double> start_;
   std::vector<Index> rows_;                          ///< Max's constraints that it involves
   std::vector<std::size_t> entries_, rows_entries_;  ///< of the row and of these
   std::vector<double> g_, lambda_, jacobian_;        ///< in the model's shapes
-  std::optional<Boxes> boxes_;
 };
 
 }  // namespace ipminmax

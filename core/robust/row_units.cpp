@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <utility>
 
 #include "core/model/compare.hpp"
 #include "core/model/indices.hpp"
@@ -29,26 +28,17 @@ double finite_bound(const ProblemStructure& s, std::size_t j) {
   return s.constraint_lower[j] > -kUnbounded ? s.constraint_lower[j] : 0.0;
 }
 
-/// The constraints and their Jacobian at one point.
+/// The constraints and their Jacobian at one point; without entries where they are undefined.
 struct Values {
   std::vector<double> g, jacobian;
-  bool defined;
 };
-
-Values values_at(Problem& model, const std::vector<double>& v) {
-  const ProblemStructure& s = model.structure();
-  Values at_v{std::vector<double>(s.constraint_players.size()),
-              std::vector<double>(s.jacobian.size()), false};
-  at_v.defined = model.constraints(v, true, at_v.g) && model.jacobian(v, false, at_v.jacobian);
-  return at_v;
-}
 
 /// How far each row is from its bound at v, and by how much each Min variable can change it there:
 /// far away in a wide box of y a row may be anything.
 std::vector<double> sizes_near(const ProblemStructure& s, const std::vector<double>& v,
                                const Values& here) {
   std::vector<double> sizes(s.constraint_players.size(), 0.0);
-  if (!here.defined) return sizes;
+  if (here.jacobian.empty()) return sizes;
   VariableRanges ranges(s);
   ranges.see(v);
   for (const auto k : indices(here.jacobian)) {
@@ -60,13 +50,13 @@ std::vector<double> sizes_near(const ProblemStructure& s, const std::vector<doub
   return sizes;
 }
 
-/// Largest absolute derivative of each row, besides that of the epigraph's t, the last variable: the
-/// only size that is known of a function of y without bounds.
+/// Largest absolute derivative of each row, besides that of the epigraph's t, the last variable:
+/// the only size that is known of a function of y without bounds.
 std::vector<double> largest_slopes(const ProblemStructure& s, const Values& here,
                                    Index epigraph_row) {
   std::vector<double> slopes(s.constraint_players.size(), 0.0);
   const auto last = static_cast<Index>(s.variable_players.size()) - 1;
-  for (std::size_t k = 0; here.defined && k < here.jacobian.size(); ++k) {
+  for (const auto k : indices(here.jacobian)) {
     const auto [row, col] = s.jacobian[k];
     if (row != epigraph_row || col != last)
       slopes[at(row)] = std::max(slopes[at(row)], std::abs(here.jacobian[k]));
@@ -78,7 +68,7 @@ std::vector<double> largest_slopes(const ProblemStructure& s, const Values& here
 /// brings a robust row to its bound.
 std::vector<double> units_of_boxes(const ProblemStructure& s, const Values& here) {
   std::vector<double> reach(s.variable_players.size(), kUnbounded);
-  for (std::size_t k = 0; here.defined && k < here.jacobian.size(); ++k) {
+  for (const auto k : indices(here.jacobian)) {
     const auto [row, col] = s.jacobian[k];
     if (s.constraint_players[at(row)] == Player::Max) continue;
     const double distance = std::abs(here.g[at(row)] - finite_bound(s, at(row)));
@@ -111,7 +101,9 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& given, Index e
   const ProblemStructure s = with_bounds_of_rows(model, v, counts);
   std::vector<ValueRange> seen(m);
   std::vector<double> point = v, g(m);
-  const Values here = values_at(model, v);
+  Values here{g, std::vector<double>(s.jacobian.size())};
+  if (!model.constraints(v, true, here.g) || !model.jacobian(v, false, here.jacobian))
+    here.jacobian.clear();
   const std::vector<double> near = sizes_near(model.structure(), v, here);
   const std::vector<double> slopes = largest_slopes(model.structure(), here, epigraph_row);
   std::mt19937_64 random(20220411);

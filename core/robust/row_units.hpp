@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +8,7 @@
 #include "core/model/indices.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/extended_structure.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -40,15 +40,14 @@ struct RowUnits {
                                      Index epigraph_row);
 
 /// A model with its robust rows and its objective in such units. Variables are the model's.
-class InRowUnits final : public ByRows<Restructured> {
+class InRowUnits final : public ByRows<Restructured>, private BoxesOf {
  public:
   InRowUnits(Problem& model, const std::vector<double>& v, Index epigraph_row = -1)
       : ByRows(model),
+        BoxesOf(model.over_boxes()),
         units_(units_of_rows(model, v, epigraph_row)),
-        entries_(units_.factor.size()),
+        entries_(entries_of_rows(changed)),
         lambda_(units_.factor.size()) {
-    for (const auto k : indices(changed.jacobian))
-      entries_[at(changed.jacobian[k].row)].push_back(k);
     for (const auto j : indices(units_.factor)) {
       for (auto* bounds : {&changed.constraint_lower, &changed.constraint_upper}) {
         double& bound = (*bounds)[j];
@@ -57,7 +56,6 @@ class InRowUnits final : public ByRows<Restructured> {
     }
     changed.variable_units = units_.variables;
     changed.objective_factor = units_.objective;
-    if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, units_);
   }
   [[nodiscard]] const RowUnits& units() const { return units_; }
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
@@ -109,29 +107,19 @@ class InRowUnits final : public ByRows<Restructured> {
     return model().hessian_errors(v, sigma * units_.objective, in_model_units(lambda), row_errors);
   }
 
-  [[nodiscard]] const BoxFunctions* over_boxes() const override {
-    return boxes_ ? &*boxes_ : nullptr;
-  }
+  [[nodiscard]] const BoxFunctions* over_boxes() const override { return if_known(); }
 
  private:
-  class Boxes final : public BoxesOf {
-   public:
-    Boxes(const BoxFunctions& functions, const RowUnits& units)
-        : BoxesOf(functions), units_(units) {}
-    IntervalJet objective_over(std::span<const IntervalJet> v) const override {
-      return IntervalJet(units_.objective) * model.objective_over(v);
+  IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+    return IntervalJet(units_.objective) * model_boxes->objective_over(v);
+  }
+  void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+    model_boxes->constraints_over(v, g);
+    for (const auto j : indices(g)) {
+      if (units_.factor[j] != 1.0 || units_.offset[j] != 0.0)
+        g[j] = IntervalJet(units_.factor[j]) * (g[j] - IntervalJet(units_.offset[j]));
     }
-    void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-      model.constraints_over(v, g);
-      for (const auto j : indices(g)) {
-        if (units_.factor[j] != 1.0 || units_.offset[j] != 0.0)
-          g[j] = IntervalJet(units_.factor[j]) * (g[j] - IntervalJet(units_.offset[j]));
-      }
-    }
-
-   private:
-    const RowUnits& units_;
-  };
+  }
   [[nodiscard]] std::span<const double> in_model_units(std::span<const double> lambda) {
     for (const auto j : indices(lambda_)) lambda_[j] = lambda[j] * units_.factor[j];
     return lambda_;
@@ -139,7 +127,6 @@ class InRowUnits final : public ByRows<Restructured> {
   RowUnits units_;
   std::vector<std::vector<std::size_t>> entries_;  ///< of each row, in the Jacobian
   std::vector<double> lambda_;
-  std::optional<Boxes> boxes_;
 };
 
 }  // namespace ipminmax

@@ -51,7 +51,7 @@ AutodiffProblem<Rows> make(std::size_t rows, std::vector<Index>& calls) {
 TEST(ConstraintRows, MaximizingARowEvaluatesItAndMaxsConstraints) {
   std::vector<Index> calls;
   auto problem = make(5, calls);
-  RowOverY row(problem, 2, 1.0, {0.0, 0.1, 0.1}, robust_scope(problem.structure(), 2));
+  RowOverY row(problem, 2, 1.0, {0.0, 0.1, 0.1}, RobustScopes(problem.structure()).of(2));
   SolverOptions options;
   Budget budget(options);
   const Result result = solve_from_start(row, options, budget, {}, nullptr);

@@ -24,7 +24,7 @@ class Structure {
   }
   Index robust(std::initializer_list<Index> reads) { return row(Player::Min, -kInfinity, reads); }
   [[nodiscard]] RobustScope scope_of(Index constraint) const {
-    return robust_scope(structure_, constraint);
+    return RobustScopes(structure_).of(constraint);
   }
   /// All equations are linear in all that they read.
   [[nodiscard]] RobustScope explicit_scope_of(Index constraint) const {
