@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _core
 from .certificate import Certificate
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
-from .differences import (Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given)
+from .differences import Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
 from .recorded import Recorded, recorded
@@ -76,7 +76,7 @@ class _Game:
         self.rows: List[Row] = []
         self.places: List[Tuple[Row, int]] = []  #: of each value of g: its constraint, and which
         self.jac: Optional[Callable[[Vector], Any]] = None
-        self.derivatives: Dict[str, Derivative] = {}
+        self.derivatives: Dict[str, Derivative] = {}  #: of functions that come without
         self.recorded: Optional[Recorded] = None
         self.not_recorded = ""  #: a function that was another one at the answer
         self.solves = 0
@@ -115,42 +115,38 @@ class _Game:
 
     def set_functions(self, jac: Any, rows: List[Row], may_record: bool) -> None:
         """Reads fun and the constraints; derivatives that are not given are those of formulas, if all
-        functions can be recorded."""
-        self.jac_in_fun = jac is True
-        if may_record and (jac is None or hasattr(self.fun, "is_ours")):
+        functions can be recorded, else complex steps or differences."""
+        self.jac_in_fun, ours = jac is True, hasattr(self.fun, "is_ours")
+        given, method = (self.gradient_of_pair, None) if jac is True else derivative_argument(jac, "jac")
+        self.given = given is not None
+        if not self.given or ours:
             self.objective(self.v0)  # tells what is wrong with fun
-            for row in rows:
-                row.size = self.real_row_values(row, self.v0).size
-                if row.size == 0:
-                    raise ValueError(f"fun of {row.name} returned no values")
-            self.rows, self.places = rows, [(row, k) for row in rows for k in range(row.size)]
-            self.recorded = recorded(self, rows)
-        self.given = False
-        if self.recorded is None:
-            self.rows, self.places = [], []
-            self.set_objective(jac)
-            for row in rows:
-                self.add_constraint(row)
-
-    def set_objective(self, jac: Any) -> None:
-        if self.jac_in_fun:
-            def of_pair(v: Vector) -> Any:
-                if not np.array_equal(v, self._last[0]):
-                    self.value_of_pair(v)
-                return self._last[1]
-            self.jac = lambda v: self._gradient(of_pair(v))
-            self.given = True
+        for row in rows:
+            row.size = self.real_row_values(row, self.v0).size
+            if row.size == 0:
+                raise ValueError(f"fun of {row.name} returned no values")
+        self.rows, self.places = rows, [(row, k) for row in rows for k in range(row.size)]
+        self.recorded = recorded(self, rows) if may_record and (jac is None or ours) else None
+        if self.recorded is not None:
             return
-        function, method = derivative_argument(jac, "jac")
-        self.given = function is not None
-        if function is not None:
-            given = function
-            self.jac = lambda v: self._gradient(self._timed(given, v, *self.args))
+        if jac is True:
+            self.jac = lambda v: self._gradient(self.gradient_of_pair(v))
+        elif given is not None:
+            self.jac = lambda v: self._gradient(self._timed(given, v, *self.args))  # type: ignore[arg-type]
         else:
-            self.objective(self.v0)  # tells what is wrong with fun
-            found = Derivative(self.value, self.v0, self.box, method)
-            self.derivatives["fun"] = found
-            self.jac = lambda v: found(v).ravel()
+            slopes = self.differentiated("fun", self.value, method)
+            self.jac = lambda v: slopes(v).ravel()
+        for row in rows:
+            self.set_jacobian(row)
+
+    def differentiated(self, name: str, function: Any, method: Optional[str]) -> Derivative:
+        self.derivatives[name] = Derivative(function, self.v0, self.box, method)
+        return self.derivatives[name]
+
+    def gradient_of_pair(self, v: Vector) -> Any:
+        if not np.array_equal(v, self._last[0]):
+            self.value_of_pair(v)
+        return self._last[1]
 
     def begin(self, problem: Problem) -> None:
         """Before each solve: what is recorded has numbers that may have changed since the last one."""
@@ -169,8 +165,7 @@ class _Game:
         """After each solve but the first, which is checked elsewhere."""
         if self.solves == 1 or not np.all(np.isfinite(info["x"])):
             return
-        self.clock = _Clock({})
-        wrong = ""
+        self.clock, wrong = _Clock({}), ""
         if self.recorded is not None:
             name = self.recorded.differs_at(info["x"])
             wrong = f"{name} is not the formula that was recorded before the solve" if name else ""
@@ -212,30 +207,19 @@ class _Game:
             raise ValueError(f"fun of {row.name} returned {array.size} values, but {row.size} at the start")
         return array
 
-    def add_constraint(self, row: Row) -> None:
-        row.size = self.real_row_values(row, self.v0).size
-        if row.size == 0:
-            raise ValueError(f"fun of {row.name} returned no values")
-        self.rows.append(row)
-        self.places += [(row, k) for k in range(row.size)]
+    def set_jacobian(self, row: Row) -> None:
+        """Defines derivative and pattern of a constraint."""
         if row.matrix is not None:
             row.pattern = ConstantPattern(row.matrix)  # type: ignore[attr-defined]
             return
-        name = f"jac of {row.name}"
-        if row.jac is None:
-            found = Derivative(lambda v: self.row_values(row, v), self.v0, self.box, row.method)
-            self.derivatives[f"fun of {row.name}"] = found
-            row.derivative = found  # type: ignore[attr-defined]
-        else:
-            jac = row.jac
+        name, jac = f"jac of {row.name}", row.jac
 
-            def given(v: Vector) -> Any:
-                matrix = self._timed(jac, v)
-                return joined(matrix, self.nx, self.n - self.nx, row.size, name) if isinstance(
-                    matrix, tuple) else matrix
-            row.derivative = given  # type: ignore[attr-defined]
-        row.pattern = Pattern(  # type: ignore[attr-defined]
-            row.derivative, self.v0, self.box, (row.size, self.n), name)  # type: ignore
+        def given(v: Vector) -> Any:
+            matrix = self._timed(jac, v)  # type: ignore[arg-type]
+            return joined(matrix, self.nx, self.n - self.nx, row.size, name) if isinstance(matrix, tuple) else matrix
+        row.derivative = given if jac is not None else self.differentiated(  # type: ignore[attr-defined]
+            f"fun of {row.name}", lambda v: self.row_values(row, v), row.method)
+        row.pattern = Pattern(row.derivative, self.v0, self.box, (row.size, self.n), name)  # type: ignore[attr-defined]
 
     def constraints(self, v: Vector) -> Vector:
         return np.concatenate([self.real_row_values(row, v) for row in self.rows])
@@ -377,7 +361,7 @@ class _Game:
             wrong = check_given(lambda at: _number(self._plain(at), "fun"), self.gradient, v, self.box,
                                 lambda _: "jac", self.names.__getitem__)
         for row in self.rows:
-            if wrong is None and row.jac is not None and not hasattr(row.fun, "is_ours"):
+            if wrong is None and row.jac is not None:
                 wrong = check_given(
                     lambda at, row=row: self.row_values(row, at), row.derivative,  # type: ignore
                     v, self.box, lambda k, row=row: f"value {k} of jac of {row.name}"  # type: ignore
@@ -391,16 +375,9 @@ class _Game:
         """Returns functions whose complex steps are wrong around v; these use differences from now on."""
         return [name for name, found in self.derivatives.items() if not found.holds_at(v)]
 
-    def complex_steps_on_the_way(self) -> List[Vector]:
-        """Checks some of the points on the way: wrong derivatives there may be why a solve fails."""
-        return [at for found in self.derivatives.values() for at in found.places]
-
     def describe_derivatives(self) -> str:
-        ways = {True: "complex steps", False: "differences"}
-        if self.recorded is not None:
-            return "formulas"
-        return "; ".join(f"{name}: {ways[found.is_complex]}"
-                         for name, found in self.derivatives.items())
+        return "formulas" if self.recorded is not None else "; ".join(
+            f"{name}: {'complex steps' if way.is_complex else 'differences'}" for name, way in self.derivatives.items())
 
 
 def _start(values: Any, name: str) -> Vector:
@@ -479,7 +456,7 @@ def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
 
 def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Vector, Dict[str, Any]]:
     """A solve whose first derivatives hold at the answer."""
-    if check:
+    if check and game.recorded is None:
         wrong = game.wrong_derivative(game.v0)
         if wrong is not None:
             warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=4)
@@ -487,16 +464,14 @@ def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Ve
     try:
         if info["interrupted"] or not np.all(np.isfinite(v)):
             return v, info
-        solved = info["status"] in (0, 1)
-        places = [v] + [point["x"] for point in info["points"]] + ([] if solved else game.complex_steps_on_the_way())
         if game.recorded is not None:
+            places = [point["x"] for point in info["points"]]
             cases = [case["x"] for case in [info["worst_case"] or {"x": None}] + info["proofs"] + info["worst_cases"]]
-            game.not_recorded = game.recorded.differs_at(v, places[1:] + [at for at in cases if at is not None][:8])
+            game.not_recorded = game.recorded.differs_at(v, places + [at for at in cases if at is not None][:8])
             return v, info
-        failed = [name for at in places for name in game.complex_steps_fail(at)]
+        failed = game.complex_steps_fail(v)
         if failed:
-            where = "near the answer" if solved else "on the way"
-            note = (f"complex steps of {', '.join(failed)} are wrong {where} (np.abs, np.real, "
+            note = (f"complex steps of {', '.join(failed)} are wrong near the answer (np.abs, np.real, "
                     "np.linalg.norm and the like are not analytic): solved again with differences")
             warnings.warn(note, DerivativeWarning, stacklevel=4)
             game.notes.append(note)

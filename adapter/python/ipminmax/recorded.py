@@ -98,3 +98,21 @@ def recorded(game: Any, rows: List[Any]) -> Optional[Recorded]:
         raise
     except Exception:  # what is wrong with a function is told where it is called with numbers
         return None
+
+
+def exact(function: Any, v0: Vector) -> Tuple[Any, Any]:
+    """Derivatives of a function of v that can be recorded: v -> values x variables, and (v, weights) -> the
+    Hessian of weights'values."""
+    formulas = _core.Formulas(v0, recording(v0.size, 1, lambda v: 0.0, function))
+    count, entries, (i, j) = formulas.constraints(v0).size, formulas.jacobianstructure(), formulas.hessianstructure()
+
+    def jac(v: Vector) -> Vector:
+        found = np.zeros((count, v.size))
+        found[entries] = formulas.jacobian(v)
+        return found
+
+    def hess(v: Vector, weights: Vector) -> Vector:
+        found = np.zeros((v.size, v.size))
+        found[i, j] = found[j, i] = formulas.hessian(v, weights, 0.0)
+        return found
+    return jac, hess

@@ -37,9 +37,9 @@ class _Squares:
         """Value, first and second derivative of h for each entry of v."""
         return v * v, 2.0 * v, 2.0 + 0.0 * v
 
-    def conjugate(self, v: Vector) -> Tuple[Any, Any, Any]:
-        """phi(v), its first and second derivatives: max w'v over h(v) <= level is the least t phi(w / t), t > 0."""
-        return 0.5 * (1.0 + v @ v), v, np.ones(v.size)
+    def conjugate(self, v: Any) -> Any:
+        """phi(v): max w'v over h(v) <= level is the least t phi(w / t), t > 0."""
+        return 0.5 * (1.0 + v @ v)
 
 
 class _Entropy:
@@ -53,10 +53,9 @@ class _Entropy:
         below, slope = v - at, np.log1p((at - self.q) / self.q)
         return (at * slope - (at - self.q) + below * (slope + 0.5 * below / at), slope + below / at, 1.0 / at)
 
-    def conjugate(self, v: Vector) -> Tuple[Any, Any, Any]:
+    def conjugate(self, v: Any) -> Any:
         with np.errstate(over="ignore", invalid="ignore"):  # a step that is cut
-            slope = self.q * np.exp(v)
-            return self.level + self.q @ np.expm1(v), slope, slope
+            return self.level + self.q @ np.expm1(v)
 
 
 class Smooth(NamedTuple):
@@ -219,7 +218,7 @@ class UncertaintySet:
     def worst_factors(self, gain: Vector) -> Any:
         if self.k == 0 or not np.any(gain):
             return self.start
-        found = self._solved(lambda u, _: -(gain / np.max(np.abs(gain))) @ u, self.start)
+        found = self._solved(-gain / np.max(np.abs(gain)), self.start)
         if not found.success:
             raise ValueError(f"no largest value over the set was found, it may be unbounded: {found.message}")
         return found.x
@@ -306,14 +305,27 @@ class UncertaintySet:
         if len(self.matrix):
             found.append(LinearConstraint(None, np.pad(self.matrix, ((0, 0), (0, more))), self.row_lower,
                                           self.row_upper, player="max"))
-        for s in self.smooth:
-            found.append(Constraint(lambda x, w, s=s: s.value(w[:self.k]), ub=0.0, player="max",
-                jac=lambda x, w, s=s: np.r_[np.zeros(nx), s.gradient(w[:self.k]), np.zeros(more)][None],
-                hess=lambda x, w, m, s=s: np.pad(m[0] * s.hessian(w[:self.k]), (nx, more))))
-        return found
+        return found + [self._curved(s, nx, np.zeros(more), "max") for s in self.smooth]
 
-    def _solved(self, fun: Any, start: Vector) -> Any:
-        """min fun(u, ()) over the set, or over (u, t), where rows may be violated by t >= -1."""
+    def _curved(self, s: Smooth, nx: int, tail: Vector, player: str) -> Constraint:
+        """A curved side, less tail'z, as a constraint on (nx others, the factors, z)."""
+        def split(x: Any, w: Any) -> Any:
+            return np.split(np.concatenate([x, w])[nx:], [self.k])
+
+        def value(x: Any, w: Any) -> Any:
+            u, z = split(x, w)
+            return s.value(u) - tail @ z
+
+        def jac(x: Vector, w: Vector) -> Vector:
+            return np.r_[np.zeros(nx), s.gradient(split(x, w)[0]), -tail]
+
+        def hess(x: Vector, w: Vector, weights: Vector) -> Vector:
+            return np.pad(weights[0] * s.hessian(split(x, w)[0]), (nx, tail.size))
+        value.is_ours = True  # type: ignore[attr-defined]
+        return Constraint(value, ub=0.0, player=player, jac=jac, hess=hess)
+
+    def _solved(self, cost: Vector, start: Vector) -> Any:
+        """min cost'u over the set, or cost'(u, t), where rows may be violated by t >= -1."""
         matrix, low, up = self.sides
         equal, rows, k = low == up, [], self.k
         size = (np.abs(matrix) @ self.width * ~equal)[:, None]
@@ -322,16 +334,20 @@ class UncertaintySet:
             use = np.isfinite(b)
             if np.any(use):
                 rows.append(LinearConstraint(A[use, :start.size], None, lower[use], b[use], player="min"))
-        for s in self.smooth:
-            rows.append(Constraint(lambda v, _, s=s: s.value(v[:k]) - np.sum(v[k:]),  # type: ignore
-                                   ub=0.0, player="min"))
-        return minimize_minmax(fun, start, [], constraints=rows,
-                               bounds_x=[(None, None)] * k + [(-1.0, None)] * (start.size - k))
+        rows += [self._curved(s, 0, np.ones(start.size - k), "min") for s in self.smooth]
+
+        def value(v: Any, _: Any) -> Any:
+            return cost @ v
+        value.is_ours = True  # type: ignore[attr-defined]
+        return minimize_minmax(value, start, [], jac=lambda v, _: cost, hess=lambda v, _: np.zeros((v.size, v.size)),
+                               constraints=rows, bounds_x=[(None, None)] * k + [(-1.0, None)] * (start.size - k),
+                               check_derivatives=False)
 
     def _inside(self) -> Any:
         """Factors far from all sides; ValueError where there are none."""
         guess = np.clip(0.0, np.maximum(self.lower, -1e19), np.minimum(self.upper, 1e19))
-        found = None if np.any(self.lower > self.upper) else self._solved(lambda v, _: v[self.k], np.r_[guess, 1.0])
+        found = None if np.any(self.lower > self.upper) else self._solved(
+            np.eye(self.k + 1)[self.k], np.r_[guess, 1.0])
         if found is None or not found.success or found.x[self.k] > _INSIDE:
             raise ValueError(f"the {type(self).__name__.strip('_').lower()} is empty: no y meets all of its "
                              "rows" + ("" if found is None or found.success else f" ({found.message})"))

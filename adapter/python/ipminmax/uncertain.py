@@ -11,6 +11,7 @@ from .constraints import Constraint, LinearConstraint, Row, read_bounds, read_co
 from .differences import DerivativeWarning, Vector
 from .minimize import _number, _start, minimize_minmax
 from .problem import to_floats
+from .recorded import exact
 from .recourse import Policy, Recourse
 from .result import MinmaxResult, WorstCase
 from .sets import UncertaintySet
@@ -147,27 +148,7 @@ class _Dual:
 
 def _cone(h: Any, w: Vector, t: int) -> Constraint:
     """t phi(w / t) <= r, the variable X after t."""
-
-    def at(X: Any) -> Any:
-        v = X[w] / X[t]
-        return v, h.conjugate(v)
-
-    def jac(X: Vector, W: Vector) -> Vector:
-        v, (value, slope, _) = at(X)
-        row = np.zeros(X.size + W.size)
-        row[w], row[t], row[t + 1] = slope, value - slope @ v, -1.0
-        return row
-
-    def hess(X: Vector, W: Vector, weights: Vector) -> Vector:
-        v, (_, _, bend) = at(X)
-        turn, found = np.column_stack([np.eye(v.size), -v]), np.zeros((X.size + W.size,) * 2)
-        found[np.ix_([*w, t], [*w, t])] = weights[0] / X[t] * turn.T @ (bend[:, None] * turn)
-        return found
-
-    def value(X: Vector, W: Vector) -> Any:
-        return X[t] * at(X)[1][0] - X[t + 1]
-    value.is_ours = True  # type: ignore[attr-defined]  # its jac is not compared with differences
-    return Constraint(value, -np.inf, 0.0, jac, hess, "min")
+    return Constraint(lambda X, W: X[t] * h.conjugate(X[w] / X[t]) - X[t + 1], -np.inf, 0.0, player="min")
 
 
 class _Function(NamedTuple):
@@ -228,6 +209,7 @@ class _Model:
         self._seen: List[Tuple[str, Any, int]] = []  #: functions of degree 0 and 1, as it seemed
         self._random = np.random.default_rng(4)
         self._two = given.sample_factors(2, self._random)
+        self._turns: Dict[Any, Tuple[Any, Any]] = {}
 
     def factor_names(self, names: Any) -> List[str]:
         """Of each factor the y that it alone moves, as a factor."""
@@ -259,25 +241,12 @@ class _Model:
         """Price of the rule's slopes."""
         return 0.0 if self.policy is None else self.policy.prices @ X[self.nx:self.end] ** 2
 
-    def turn(self, X: Any, W: Any, k: int, q: Any = None) -> Tuple[Vector, Any]:
-        """Derivatives of the parts with respect to X and W, and second ones of q'z."""
-        loadings = self.given.loadings if W.size else np.zeros((self.given.n, 0))
-        at, u = np.cumsum([0, *self.sizes]), slice(X.size, X.size + loadings.shape[1])
-        found, bend = np.zeros((at[-1], X.size + W.size)), np.zeros((X.size + W.size,) * 2 if q is not None else 0)
-        found[:self.nx, :self.nx] = np.eye(self.nx)
-        found[at[1]:at[2], u] = loadings
-        if self.policy is not None:
-            rule = slice(self.nx, self.end)
-            to_free, to_y, mixed, twice = self.policy.derivatives(
-                X[rule], self.parts(X, W, k)[1], np.zeros(self.sizes[2]) if q is None else q)
-            found[at[2]:at[3], rule], found[at[2]:at[3], u] = to_free, to_y @ loadings
-            if q is not None:
-                bend[rule, u] = mixed @ loadings
-                bend[u, rule], bend[u, u] = bend[rule, u].T, loadings.T @ twice @ loadings
-        if self.s0.size:
-            first = u.stop + k * self.s0.size
-            found[at[3]:, first:first + self.s0.size] = np.eye(self.s0.size)
-        return found, bend
+    def turn(self, X: Any, W: Any, k: int) -> Tuple[Any, Any]:
+        """Derivatives of the parts with respect to v = (X, W): functions of v, and of v and weights of the parts."""
+        at = (k, X.size, W.size)
+        if at not in self._turns:
+            self._turns[at] = exact(lambda v: np.concatenate(self.parts(v[:at[1]], v[at[1]:], k)), np.r_[X, W])
+        return self._turns[at]
 
     def counted(self, given: Any) -> Any:
         """The user's function; its calls are the result's nfev."""
@@ -303,14 +272,13 @@ class _Model:
             return _Function(value)
 
         def jacobian(X: Any, W: Any, k: int) -> Any:
-            return _dense(jac(*self.parts(X, W, k)), total, f"jac of {name}") @ self.turn(X, W, k)[0]
+            turn, _ = self.turn(X, W, k)
+            return _dense(jac(*self.parts(X, W, k)), total, f"jac of {name}") @ turn(np.r_[X, W])
 
         def hessian(X: Any, W: Any, k: int, weights: Any) -> Any:
-            parts = self.parts(X, W, k)
-            slopes = weights @ _dense(jac(*parts), total, f"jac of {name}")
-            turn, bend = self.turn(X, W, k, slopes[at[1]:at[2]] if self.policy is not None else None)
-            return turn.T @ _dense(hess(*parts, weights), total, f"hess of {name}") @ turn + (
-                bend if self.policy is not None else 0.0)
+            parts, v, (turn, bend) = self.parts(X, W, k), np.r_[X, W], self.turn(X, W, k)
+            slopes, moved = weights @ _dense(jac(*parts), total, f"jac of {name}"), turn(v)
+            return moved.T @ _dense(hess(*parts, weights), total, f"hess of {name}") @ moved + bend(v, slopes)
         return _Function(value, jacobian, None if hess is None else hessian)
 
     # --- What a function does over y
