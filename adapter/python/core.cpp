@@ -19,6 +19,7 @@
 #include <ctime>
 #include <exception>
 #include <limits>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -45,6 +46,7 @@ using ipminmax::python::Unlocked;
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using IntArray = py::array_t<int, py::array::c_style | py::array::forcecast>;
+using Maybe = std::optional<Array>;
 
 /// Leaves the solver: the problem keeps the exception of Python, or knows why it stops.
 struct ModelStopped : std::exception {
@@ -114,6 +116,9 @@ py::array_t<double> to_array(const std::vector<double>& values) {
   return to_array(std::span(values));
 }
 double to_array(double value) { return value; }
+py::object to_array_or_none(const std::vector<double>& values) {
+  return values.empty() ? py::object(py::none()) : to_array(values);
+}
 
 /// Copies what a function returned; the error names the function when type or size are wrong.
 void take(const py::object& returned, const char* function, int count, double* values) {
@@ -138,6 +143,80 @@ void take(const py::object& returned, const char* function, int count, double* v
   std::copy_n(array.data(), count, values);
 }
 
+// --- What a solve has found, as problem.py describes it ------------------------------------------
+
+py::object to_dict(const ipminmax::Certificate& from) {
+  const auto inertia = [](const ipminmax::Inertia& i) {
+    return py::make_tuple(i.positive, i.negative, i.zero);
+  };
+  py::list reasons;
+  for (const auto& reason : from.reasons) reasons.append(reason.text);
+  return py::dict(
+      "kind"_a = static_cast<int>(from.kind),
+      "second_order"_a = static_cast<int>(from.second_order), "inner"_a = inertia(from.inner),
+      "inner_expected"_a = inertia(from.inner_expected), "full"_a = inertia(from.full),
+      "full_expected"_a = inertia(from.full_expected), "margin"_a = from.margin,
+      "licq_min"_a = from.licq_min, "licq_max"_a = from.licq_max,
+      "weakly_active_min"_a = from.weakly_active_min,
+      "weakly_active_max"_a = from.weakly_active_max,
+      "finite_differences"_a = from.finite_differences, "hessian_error"_a = from.hessian_error,
+      "hessian_disagrees"_a = from.hessian_disagrees, "least_curvature"_a = from.least_curvature,
+      "least_curvature_variable"_a = from.least_curvature_variable,
+      "answer"_a = static_cast<int>(from.answer), "reasons"_a = reasons, "proved"_a = from.proved,
+      "proved_within"_a = from.proved_within, "proof"_a = from.proof);
+}
+
+py::object to_dict(const ipminmax::WorstCase& from) {
+  if (from.starts == 0 && !from.higher) return py::none();
+  const bool found = !from.v.empty();
+  return py::dict("starts"_a = from.starts, "maxima"_a = from.maxima,
+                  "competing"_a = from.competing, "higher"_a = from.higher,
+                  "unbounded"_a = from.unbounded, "single_branch"_a = from.single_branch,
+                  "stated_concave"_a = from.stated_concave,
+                  "value"_a = found ? py::object(py::float_(from.value)) : py::none(),
+                  "x"_a = to_array_or_none(from.v));
+}
+
+py::object to_dict(const ipminmax::RobustWorstCase& from) {
+  return py::dict("constraint"_a = from.constraint, "value"_a = from.value,
+                  "multiplier"_a = from.multiplier, "active"_a = from.active, "age"_a = from.age,
+                  "x"_a = to_array(from.v));
+}
+
+py::object to_dict(const ipminmax::WorstCaseProof& from) {
+  return py::dict("constraint"_a = from.constraint, "least"_a = from.least, "seen"_a = from.seen,
+                  "proved"_a = from.proved, "complete"_a = from.complete, "boxes"_a = from.boxes,
+                  "x"_a = to_array_or_none(from.v), "message"_a = from.message);
+}
+
+py::object to_dict(const ipminmax::DistinctPoint& from) {
+  return py::dict("x"_a = to_array(from.result.v), "value"_a = from.result.objective,
+                  "found"_a = from.found, "first_start"_a = from.first_start,
+                  "margin"_a = from.result.certificate.margin);
+}
+
+/// Statistics.
+py::object to_dict(const ipminmax::Result& from) {
+  const ipminmax::Counts& counts = from.counts;
+  const ipminmax::KktError& error = from.error;
+  return py::dict("iterations"_a = from.iterations, "factorizations"_a = from.factorizations,
+                  "analyses"_a = counts.analyses, "objective_evaluations"_a = counts.objective,
+                  "gradient_evaluations"_a = counts.gradient,
+                  "constraint_evaluations"_a = counts.constraints,
+                  "jacobian_evaluations"_a = counts.jacobian,
+                  "hessian_evaluations"_a = counts.hessian, "seconds"_a = from.seconds,
+                  "cpu_seconds"_a = from.cpu_seconds, "primal_error"_a = error.primal,
+                  "dual_error_min"_a = error.dual_min, "dual_error_max"_a = error.dual_max,
+                  "complementarity_error"_a = error.complementarity, "error"_a = error.total);
+}
+
+template <class Found>
+py::list to_list(const std::vector<Found>& values) {
+  py::list list;
+  for (const Found& value : values) list.append(to_dict(value));
+  return list;
+}
+
 /// Functions of a model: their places in Problem, and their names.
 enum Function { kF, kGradient, kG, kJacobian, kHessian, kRows, kJacobianRows, kIntermediate };
 constexpr std::array kNames = {"objective", "gradient",        "constraints",   "jacobian",
@@ -159,7 +238,7 @@ class Problem {
  public:
   Problem(int n, int m, const py::dict& functions, const Array& x_l, const Array& x_u,
           const Array& g_l, const Array& g_u, const IntArray& players,
-          const py::object& constraint_players, const IntArray& jac_rows, const IntArray& jac_cols,
+          const std::optional<IntArray>& owners, const IntArray& jac_rows, const IntArray& jac_cols,
           const IntArray& hess_rows, const IntArray& hess_cols, bool has_hessian_pattern)
       : n_(n),
         m_(m),
@@ -168,14 +247,12 @@ class Problem {
         console_(new PythonConsole("console", Ipopt::J_ITERSUMMARY)) {
     for (std::size_t k = 0; k < kNames.size(); ++k)
       functions_[k] = functions.contains(kNames[k]) ? py::object(functions[kNames[k]]) : py::none();
-    IntArray owners;
-    if (!constraint_players.is_none()) owners = constraint_players.cast<IntArray>();
-    problem_ = IpminmaxCreate(
-        n, x_l.data(), x_u.data(), m, g_l.data(), g_u.data(),
-        static_cast<int>(jacobian_.rows.size()), static_cast<int>(hessian_.rows.size()),
-        IPMINMAX_C_STYLE, eval_f, eval_g, eval_grad_f, eval_jac_g,
-        has(kHessian) || has_hessian_pattern ? eval_h : nullptr, players.data(),
-        constraint_players.is_none() ? nullptr : owners.data());
+    problem_ = IpminmaxCreate(n, x_l.data(), x_u.data(), m, g_l.data(), g_u.data(),
+                              static_cast<int>(jacobian_.rows.size()),
+                              static_cast<int>(hessian_.rows.size()), IPMINMAX_C_STYLE, eval_f,
+                              eval_g, eval_grad_f, eval_jac_g,
+                              has(kHessian) || has_hessian_pattern ? eval_h : nullptr,
+                              players.data(), owners ? owners->data() : nullptr);
     if (problem_ == nullptr) throw py::value_error(IpminmaxMessage(nullptr));
     IpminmaxSetIntermediateCallback(problem_, intermediate);
     if (has(kRows) && has(kJacobianRows)) {
@@ -245,15 +322,14 @@ class Problem {
     require(IpminmaxAddNumOption(problem_, key, number));
   }
 
-  void set_scaling(double objective, const py::object& x, const py::object& g) {
-    const Array x_scaling = optional(x, n_, "x_scaling"), g_scaling = optional(g, m_, "g_scaling");
-    require(IpminmaxSetScaling(problem_, objective, pointer(x, x_scaling), pointer(g, g_scaling)));
+  void set_scaling(double objective, const Maybe& x, const Maybe& g) {
+    require(IpminmaxSetScaling(problem_, objective, pointer(x, n_, "x_scaling"),
+                               pointer(g, m_, "g_scaling")));
   }
 
-  void set_bounds(const py::object& x_l, const py::object& x_u, const py::object& g_l,
-                  const py::object& g_u) {
-    const Sides to(*this, x_l, x_u, g_l, g_u);
-    require(IpminmaxSetBounds(problem_, to.lb, to.ub, to.cl, to.cu));
+  void set_bounds(const Maybe& x_l, const Maybe& x_u, const Maybe& g_l, const Maybe& g_u) {
+    require(IpminmaxSetBounds(problem_, pointer(x_l, n_, "lb"), pointer(x_u, n_, "ub"),
+                              pointer(g_l, m_, "cl"), pointer(g_u, m_, "cu")));
   }
 
   void open_output_file(const std::string& name, int level) {
@@ -292,96 +368,19 @@ class Problem {
                                   : ": this is the best point that was reached");
       if (!std::isfinite(at.f) && f_.has(at.x)) at.f = f_.values.front();
     }
-    return py::dict("x"_a = to_array(at.x), "g"_a = to_array(at.g), "obj_val"_a = at.f,
-                    "mult_g"_a = to_array(at.lambda), "mult_x_L"_a = to_array(at.z_l),
-                    "mult_x_U"_a = to_array(at.z_u), "status"_a = status, "status_name"_a = name,
-                    "status_msg"_a = message, "interrupted"_a = interrupted_,
-                    "iterations"_a = result.iterations, "history"_a = history_array());
-  }
-
-  /// Worst cases of the robust constraints, and of f (constraint m) with minmax_epigraph.
-  [[nodiscard]] py::list worst_cases() const {
-    py::list result;
-    if (!problem_->answered) return result;
-    for (const auto& from : problem_->application->LastWorstCases()) {
-      result.append(py::dict("constraint"_a = from.constraint, "value"_a = from.value,
-                             "multiplier"_a = from.multiplier, "active"_a = from.active,
-                             "age"_a = from.age, "x"_a = to_array(from.v)));
-    }
-    return result;
-  }
-
-  /// Of f (constraint -1) and robust constraints, with minmax_worst_case_proof.
-  [[nodiscard]] py::list proofs() const {
-    py::list result;
-    if (!problem_->answered) return result;
-    for (const auto& from : problem_->application->LastResult().over_y.proofs) {
-      result.append(py::dict("constraint"_a = from.constraint, "least"_a = from.least,
-                             "seen"_a = from.seen, "proved"_a = from.proved,
-                             "complete"_a = from.complete, "boxes"_a = from.boxes,
-                             "x"_a = from.v.empty() ? py::object(py::none()) : to_array(from.v),
-                             "message"_a = from.message));
-    }
-    return result;
-  }
-
-  /// Why the solve stopped, what the point is, what was looked at over y and over x.
-  [[nodiscard]] std::vector<std::string> statements() const {
-    const auto found = ipminmax::statements(problem_->application->LastResult());
-    return {found.begin(), found.end()};
-  }
-
-  /// Certified points of a multistart, the best first.
-  [[nodiscard]] py::list points() const {
-    py::list result;
-    if (!problem_->answered) return result;
-    for (const auto& from : problem_->application->LastPoints()) {
-      result.append(py::dict("x"_a = to_array(from.result.v), "value"_a = from.result.objective,
-                             "found"_a = from.found, "first_start"_a = from.first_start,
-                             "margin"_a = from.result.certificate.margin));
-    }
-    return result;
-  }
-
-  [[nodiscard]] py::object certificate() const {
-    IpminmaxCertificate c{};
-    if (IpminmaxGetCertificate(problem_, &c) == 0) return py::none();
-    const auto inertia = [](const IpminmaxInertia& i) {
-      return py::make_tuple(i.positive, i.negative, i.zero);
-    };
-    const auto& found = problem_->application->LastResult().certificate;
-    py::list reasons;
-    for (const auto& reason : found.reasons) reasons.append(reason.text);
+    const ipminmax::Result none;
+    const ipminmax::Result& found = problem_->answered ? result : none;
     return py::dict(
-        "kind"_a = static_cast<int>(c.point_kind),
-        "second_order"_a = static_cast<int>(c.second_order), "inner"_a = inertia(c.inner),
-        "inner_expected"_a = inertia(c.inner_expected), "full"_a = inertia(c.full),
-        "full_expected"_a = inertia(c.full_expected), "margin"_a = c.margin,
-        "licq_min"_a = c.licq_min != 0, "licq_max"_a = c.licq_max != 0,
-        "weakly_active_min"_a = c.weakly_active_min, "weakly_active_max"_a = c.weakly_active_max,
-        "finite_differences"_a = c.finite_differences != 0, "hessian_error"_a = c.hessian_error,
-        "answer"_a = static_cast<int>(c.answer), "hessian_disagrees"_a = c.hessian_disagrees != 0,
-        "least_curvature"_a = c.least_curvature,
-        "least_curvature_variable"_a = c.least_curvature_variable, "reasons"_a = reasons,
-        "proved"_a = found.proved, "proved_within"_a = found.proved_within,
-        "proof"_a = found.proof);
-  }
-
-  [[nodiscard]] py::object worst_case() const {
-    IpminmaxWorstCase found{};
-    std::vector<double> x(static_cast<std::size_t>(n_));
-    if (IpminmaxGetWorstCase(problem_, &found, x.data()) == 0) return py::none();
-    if (found.starts == 0 && found.higher == 0) return py::none();
-    py::object value = py::none(), point = py::none();
-    if (found.found != 0) {
-      value = py::float_(found.value);
-      point = to_array(x);
-    }
-    return py::dict(
-        "starts"_a = found.starts, "maxima"_a = found.maxima, "competing"_a = found.competing,
-        "higher"_a = found.higher != 0, "unbounded"_a = found.unbounded != 0,
-        "single_branch"_a = found.single_branch != 0,
-        "stated_concave"_a = found.stated_concave != 0, "value"_a = value, "x"_a = point);
+        "x"_a = to_array(at.x), "g"_a = to_array(at.g), "obj_val"_a = at.f,
+        "mult_g"_a = to_array(at.lambda), "mult_x_L"_a = to_array(at.z_l),
+        "mult_x_U"_a = to_array(at.z_u), "status"_a = status, "status_name"_a = name,
+        "status_msg"_a = message, "interrupted"_a = interrupted_,
+        "certificate"_a = problem_->answered ? to_dict(result.certificate) : py::none(),
+        "worst_case"_a = to_dict(found.worst_case), "worst_cases"_a = to_list(found.worst_cases),
+        "proofs"_a = to_list(found.over_y.proofs),
+        "points"_a = problem_->answered ? to_list(problem_->application->LastPoints()) : py::list(),
+        "statements"_a = ipminmax::statements(result), "statistics"_a = to_dict(found),
+        "history"_a = history_array());
   }
 
   /// Largest and least value; ValueError says why there are none.
@@ -397,20 +396,6 @@ class Problem {
     rethrow();
     require(found);
     return py::make_tuple(most, least);
-  }
-
-  [[nodiscard]] py::object statistics() const {
-    IpminmaxStatistics s{};
-    if (IpminmaxGetStatistics(problem_, &s) == 0) return py::none();
-    return py::dict("iterations"_a = s.iterations, "factorizations"_a = s.factorizations,
-                    "analyses"_a = s.analyses, "objective_evaluations"_a = s.objective_evaluations,
-                    "gradient_evaluations"_a = s.gradient_evaluations,
-                    "constraint_evaluations"_a = s.constraint_evaluations,
-                    "jacobian_evaluations"_a = s.jacobian_evaluations,
-                    "hessian_evaluations"_a = s.hessian_evaluations, "seconds"_a = s.seconds,
-                    "cpu_seconds"_a = s.cpu_seconds, "primal_error"_a = s.primal_error,
-                    "dual_error_min"_a = s.dual_error_min, "dual_error_max"_a = s.dual_error_max,
-                    "complementarity_error"_a = s.complementarity_error, "error"_a = s.error);
   }
 
   /// None outside the intermediate callback.
@@ -440,17 +425,17 @@ class Problem {
 
   void update_sensitivity() { require_sensitivity(IpminmaxUpdateSensitivity(problem_)); }
 
-  py::dict derivative(const py::object& x_l, const py::object& x_u, const py::object& g_l,
-                      const py::object& g_u) {
-    return along(IpminmaxGetDerivative, {*this, x_l, x_u, g_l, g_u}, "curvature");
+  /// find: IpminmaxGetDerivative or IpminmaxPredict.
+  template <auto find>
+  py::dict along(const Maybe& x_l, const Maybe& x_u, const Maybe& g_l, const Maybe& g_u) {
+    return found_by<find == IpminmaxPredict>(find, pointer(x_l, n_, "lb"), pointer(x_u, n_, "ub"),
+                                             pointer(g_l, m_, "cl"), pointer(g_u, m_, "cu"));
   }
-  py::dict predict(const py::object& x_l, const py::object& x_u, const py::object& g_l,
-                   const py::object& g_u) {
-    return with_changes(along(IpminmaxPredict, {*this, x_l, x_u, g_l, g_u}, "share"));
-  }
-  py::dict reaction(const Array& dx) { return after(IpminmaxGetReaction, dx, "curvature"); }
-  py::dict react(const Array& dx) {
-    return with_changes(after(IpminmaxPredictReaction, dx, "share"));
+  /// find: IpminmaxGetReaction or IpminmaxPredictReaction.
+  template <auto find>
+  py::dict after(const Array& dx) {
+    check_size(dx, n_, "dx");
+    return found_by<find == IpminmaxPredictReaction>(find, dx.data());
   }
 
  private:
@@ -466,38 +451,28 @@ class Problem {
     double f = 0.0;
   };
 
-  /// Of all bounds, or changes of them; None: null.
-  struct Sides {
-    Sides(const Problem& of, const py::object& x_l, const py::object& x_u, const py::object& g_l,
-          const py::object& g_u)
-        : arrays{optional(x_l, of.n_, "lb"), optional(x_u, of.n_, "ub"), optional(g_l, of.m_, "cl"),
-                 optional(g_u, of.m_, "cu")},
-          lb(pointer(x_l, arrays[0])),
-          ub(pointer(x_u, arrays[1])),
-          cl(pointer(g_l, arrays[2])),
-          cu(pointer(g_u, arrays[3])) {}
-    std::array<Array, 4> arrays;
-    const double *lb, *ub, *cl, *cu;
-  };
-  /// What the C interface finds by these arguments; name: of its last number.
-  template <class Find, class... By>
-  py::dict found_by(Find find, const char* name, By... by) {
+  /// What the C interface finds by these arguments.
+  template <bool is_prediction, class Find, class... By>
+  py::dict found_by(Find find, By... by) {
     Iterate out(*this);
     double last = 0.0;
     require_sensitivity(find(problem_, by..., out.x.data(), out.lambda.data(), out.z_l.data(),
                              out.z_u.data(), &out.f, &last));
-    return py::dict("x"_a = to_array(out.x), "mult_g"_a = to_array(out.lambda),
+    py::dict result("x"_a = to_array(out.x), "mult_g"_a = to_array(out.lambda),
                     "mult_x_L"_a = to_array(out.z_l), "mult_x_U"_a = to_array(out.z_u),
-                    "obj"_a = out.f, py::arg(name) = last);
-  }
-  template <class Find>
-  py::dict along(Find find, const Sides& by, const char* name) {
-    return found_by(find, name, by.lb, by.ub, by.cl, by.cu);
-  }
-  template <class Find>
-  py::dict after(Find find, const Array& dx, const char* name) {
-    check_size(dx, n_, "dx");
-    return found_by(find, name, dx.data());
+                    "obj"_a = out.f, py::arg(is_prediction ? "share" : "curvature") = last);
+    if (!is_prediction) return result;
+    std::vector<IpminmaxActiveSetChange> changes(
+        size(IpminmaxGetActiveSetChanges(problem_, 0, nullptr)));
+    IpminmaxGetActiveSetChanges(problem_, static_cast<int>(changes.size()), changes.data());
+    py::list list;
+    for (const auto& c : changes) {
+      list.append(
+          py::make_tuple(c.share, c.of_constraint != 0, c.index, c.upper != 0, c.enters != 0));
+    }
+    result["changes"] = list;
+    result["message"] = IpminmaxMessage(problem_);
+    return result;
   }
 
   static constexpr double kNoLimit = 1e19;
@@ -510,14 +485,10 @@ class Problem {
     throw py::value_error(std::string(name) + " has " + std::to_string(values.size()) +
                           " entries, but there are " + std::to_string(count));
   }
-  static Array optional(const py::object& values, int count, const char* name) {
-    if (values.is_none()) return Array(0);
-    auto array = values.cast<Array>();
-    check_size(array, count, name);
-    return array;
-  }
-  static const double* pointer(const py::object& values, const Array& array) {
-    return values.is_none() ? nullptr : array.data();
+  static const double* pointer(const Maybe& values, int count, const char* name) {
+    if (!values) return nullptr;
+    check_size(*values, count, name);
+    return values->data();
   }
   static void start(const Array& values, const char* name, std::vector<double>& out) {
     if (values.size() == 0) return;
@@ -531,20 +502,6 @@ class Problem {
     rethrow();
     if (success != 1) throw std::runtime_error(IpminmaxMessage(problem_));
   }
-  [[nodiscard]] py::dict with_changes(py::dict result) const {
-    const int count = IpminmaxGetActiveSetChanges(problem_, 0, nullptr);
-    std::vector<IpminmaxActiveSetChange> changes(static_cast<std::size_t>(count));
-    IpminmaxGetActiveSetChanges(problem_, count, changes.data());
-    py::list list;
-    for (const auto& c : changes) {
-      list.append(
-          py::make_tuple(c.share, c.of_constraint != 0, c.index, c.upper != 0, c.enters != 0));
-    }
-    result["changes"] = list;
-    result["message"] = IpminmaxMessage(problem_);
-    return result;
-  }
-
   /// Raises what a callback left, with the interpreter's lock held.
   void rethrow() {
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -803,8 +760,8 @@ PYBIND11_MODULE(_core, module) {
   ipminmax::python::add_formulas(module);
   py::class_<Problem>(module, "Problem", py::custom_type_setup(collect_cycles))
       .def(py::init<int, int, py::dict, const Array&, const Array&, const Array&, const Array&,
-                    const IntArray&, const py::object&, const IntArray&, const IntArray&,
-                    const IntArray&, const IntArray&, bool>())
+                    const IntArray&, const std::optional<IntArray>&, const IntArray&,
+                    const IntArray&, const IntArray&, const IntArray&, bool>())
       .def_property_readonly("n", &Problem::variables)
       .def_property_readonly("m", &Problem::constraints)
       .def_property_readonly("solving", &Problem::solving)
@@ -816,19 +773,12 @@ PYBIND11_MODULE(_core, module) {
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)
       .def("limit_passed", &Problem::limit_passed)
-      .def("worst_cases", &Problem::worst_cases)
-      .def("proofs", &Problem::proofs)
-      .def("points", &Problem::points)
-      .def("statements", &Problem::statements)
-      .def("certificate", &Problem::certificate)
-      .def("worst_case", &Problem::worst_case)
       .def("gap", &Problem::gap)
-      .def("statistics", &Problem::statistics)
       .def("current_iterate", &Problem::current_iterate)
       .def("current_violations", &Problem::current_violations)
       .def("update_sensitivity", &Problem::update_sensitivity)
-      .def("derivative", &Problem::derivative)
-      .def("reaction", &Problem::reaction)
-      .def("predict", &Problem::predict)
-      .def("react", &Problem::react);
+      .def("derivative", &Problem::along<IpminmaxGetDerivative>)
+      .def("reaction", &Problem::after<IpminmaxGetReaction>)
+      .def("predict", &Problem::along<IpminmaxPredict>)
+      .def("react", &Problem::after<IpminmaxPredictReaction>);
 }

@@ -363,15 +363,8 @@ class Problem:
         if terminal:
             sys.stdout.flush()
         info = core.solve(given[0], given[1], given[2], given[3], again, terminal, interrupted)
-        certificate = core.certificate()
-        info["certificate"] = (Certificate.of(certificate) if certificate is not None else
-                               Certificate.nothing(info["status_msg"]))
-        info["worst_case"] = core.worst_case()
-        info["worst_cases"] = core.worst_cases()
-        info["proofs"] = core.proofs()
-        info["points"] = core.points()
-        info["statements"] = core.statements() or [info["status_msg"]]
-        info["statistics"] = core.statistics() or {"iterations": info["iterations"]}
+        tested = info["certificate"]  # None: there is no point
+        info["certificate"] = Certificate.of(tested) if tested else Certificate.nothing(info["status_msg"])
         info["derivative_error"] = None
         if self._game is not None:
             self._game.end(info)
