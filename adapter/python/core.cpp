@@ -239,7 +239,7 @@ class Problem {
   Problem(int n, int m, const py::dict& functions, const Array& x_l, const Array& x_u,
           const Array& g_l, const Array& g_u, const IntArray& players,
           const std::optional<IntArray>& owners, const IntArray& jac_rows, const IntArray& jac_cols,
-          const IntArray& hess_rows, const IntArray& hess_cols, bool has_hessian_pattern)
+          const IntArray& hess_rows, const IntArray& hess_cols)
       : n_(n),
         m_(m),
         jacobian_(jac_rows, jac_cols),
@@ -251,7 +251,7 @@ class Problem {
                               static_cast<int>(jacobian_.rows.size()),
                               static_cast<int>(hessian_.rows.size()), IPMINMAX_C_STYLE, eval_f,
                               eval_g, eval_grad_f, eval_jac_g,
-                              has(kHessian) || has_hessian_pattern ? eval_h : nullptr,
+                              functions.contains("hessian") ? eval_h : nullptr,
                               players.data(), owners ? owners->data() : nullptr);
     if (problem_ == nullptr) throw py::value_error(IpminmaxMessage(nullptr));
     IpminmaxSetIntermediateCallback(problem_, intermediate);
@@ -751,8 +751,6 @@ void collect_cycles(PyHeapTypeObject* heap_type) {
 PYBIND11_MODULE(_core, module) {
   module.doc() = "C interface of Ipminmax with NumPy arrays; use the package ipminmax";
   module.attr("__version__") = IpminmaxVersion();
-  module.attr("STATUS_OF_TIME_LIMIT") =
-      static_cast<int>(ipminmax::application_status(ipminmax::Status::MaxWallTime));
   module.def("set_exceptions", [](py::object undefined, py::object late) {
     evaluation_error = undefined.release();  // as long as the interpreter
     limit_reached = late.release();
@@ -761,7 +759,7 @@ PYBIND11_MODULE(_core, module) {
   py::class_<Problem>(module, "Problem", py::custom_type_setup(collect_cycles))
       .def(py::init<int, int, py::dict, const Array&, const Array&, const Array&, const Array&,
                     const IntArray&, const std::optional<IntArray>&, const IntArray&,
-                    const IntArray&, const IntArray&, const IntArray&, bool>())
+                    const IntArray&, const IntArray&, const IntArray&>())
       .def_property_readonly("n", &Problem::variables)
       .def_property_readonly("m", &Problem::constraints)
       .def_property_readonly("solving", &Problem::solving)
@@ -772,7 +770,6 @@ PYBIND11_MODULE(_core, module) {
       .def("set_names", &Problem::set_names)
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)
-      .def("limit_passed", &Problem::limit_passed)
       .def("gap", &Problem::gap)
       .def("current_iterate", &Problem::current_iterate)
       .def("current_violations", &Problem::current_violations)

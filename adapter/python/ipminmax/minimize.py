@@ -9,8 +9,6 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
-from .certificate import Certificate
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
@@ -75,7 +73,7 @@ class _Game:
         self._last: Tuple[Vector, Any] = (np.full(v0.size, np.nan), None)  # of jac=True
         self.rows: List[Row] = []
         self.places: List[Tuple[Row, int]] = []  #: of each value of g: its constraint, and which
-        self.jac: Optional[Callable[[Vector], Any]] = None
+        self.gradient: Callable[[Vector], Any]
         self.derivatives: Dict[str, Derivative] = {}  #: of functions that come without
         self.recorded: Optional[Recorded] = None
         self.not_recorded = ""  #: a function that was another one at the answer
@@ -90,28 +88,19 @@ class _Game:
     # --- The objective
 
     def value(self, v: Any) -> Any:
-        """Complex for complex v."""
+        """Complex for complex v; also for numbers that record operations."""
         self.clock.check()
         self.nfev += 1
-        return self.fun(*self.split(v), *self.args)
-
-    def value_of_pair(self, v: Vector) -> Any:
-        pair = self.value(v)
-        if not isinstance(pair, tuple) or len(pair) != 2:
+        found = self.fun(*self.split(v), *self.args)
+        if not self.jac_in_fun:
+            return found
+        if not isinstance(found, tuple) or len(found) != 2:
             raise TypeError("jac is True, so fun must return a pair: value and gradient")
-        self._last = (v.copy(), pair[1])
-        return pair[0]
+        self._last = (v.copy(), found[1])
+        return found[0]
 
     def objective(self, v: Vector) -> float:
-        return _number(self.value_of_pair(v) if self.jac_in_fun else self.value(v), "fun")
-
-    def objective_over(self, v: Any) -> Any:
-        """Evaluates the function for numbers that record operations."""
-        return self.value_of_pair(v) if self.jac_in_fun else self.value(v)
-
-    def gradient(self, v: Vector) -> Vector:
-        assert self.jac is not None
-        return self.jac(v)
+        return _number(self.value(v), "fun")
 
     def set_functions(self, jac: Any, rows: List[Row], may_record: bool) -> None:
         """Reads fun and the constraints; derivatives that are not given are those of formulas, if all
@@ -130,12 +119,12 @@ class _Game:
         if self.recorded is not None:
             return
         if jac is True:
-            self.jac = lambda v: self._gradient(self.gradient_of_pair(v))
+            self.gradient = lambda v: self._gradient(self.gradient_of_pair(v))
         elif given is not None:
-            self.jac = lambda v: self._gradient(self._timed(given, v, *self.args))  # type: ignore[arg-type]
+            self.gradient = lambda v: self._gradient(self._timed(given, v, *self.args))  # type: ignore[arg-type]
         else:
             slopes = self.differentiated("fun", self.value, method)
-            self.jac = lambda v: slopes(v).ravel()
+            self.gradient = lambda v: slopes(v).ravel()
         for row in rows:
             self.set_jacobian(row)
 
@@ -145,7 +134,7 @@ class _Game:
 
     def gradient_of_pair(self, v: Vector) -> Any:
         if not np.array_equal(v, self._last[0]):
-            self.value_of_pair(v)
+            self.value(v)
         return self._last[1]
 
     def begin(self, problem: Problem) -> None:
@@ -210,16 +199,20 @@ class _Game:
     def set_jacobian(self, row: Row) -> None:
         """Defines derivative and pattern of a constraint."""
         if row.matrix is not None:
-            row.pattern = ConstantPattern(row.matrix)  # type: ignore[attr-defined]
+            row.pattern = ConstantPattern(row.matrix)
             return
         name, jac = f"jac of {row.name}", row.jac
 
         def given(v: Vector) -> Any:
             matrix = self._timed(jac, v)  # type: ignore[arg-type]
-            return joined(matrix, self.nx, self.n - self.nx, row.size, name) if isinstance(matrix, tuple) else matrix
-        row.derivative = given if jac is not None else self.differentiated(  # type: ignore[attr-defined]
+            if not isinstance(matrix, tuple):
+                return matrix
+            if len(matrix) != 2:
+                raise ValueError(f"{name} returned a tuple of {len(matrix)}, not one of two: to x and to y")
+            return joined(matrix, [f"the part of {name} to {to}" for to in "xy"], (self.nx, self.n - self.nx), row.size)
+        row.derivative = given if jac is not None else self.differentiated(
             f"fun of {row.name}", lambda v: self.row_values(row, v), row.method)
-        row.pattern = Pattern(row.derivative, self.v0, self.box, (row.size, self.n), name)  # type: ignore[attr-defined]
+        row.pattern = Pattern(row.derivative, self.v0, self.box, (row.size, self.n), name)
 
     def constraints(self, v: Vector) -> Vector:
         return np.concatenate([self.real_row_values(row, v) for row in self.rows])
@@ -231,11 +224,9 @@ class _Game:
             if row.matrix is None:
                 values += np.ravel(np.asarray(self.row_values(row, v), dtype=object)).tolist()
                 continue
-            linear = [0.0] * row.size
-            matrix = ConstantPattern(row.matrix)
-            for k, j, a in zip(matrix.rows.tolist(), matrix.cols.tolist(), matrix.data.tolist()):
-                linear[k] = linear[k] + a * v[j]
-            values += linear
+            linear, matrix = np.zeros(row.size, dtype=object), ConstantPattern(row.matrix)
+            np.add.at(linear, matrix.rows, matrix.data * v[matrix.cols])
+            values += linear.tolist()
         return values
 
     def constraint_rows(self, v: Vector, rows: Any) -> Vector:
@@ -243,7 +234,7 @@ class _Game:
 
     def jacobian_rows(self, v: Vector, rows: Any) -> Vector:
         def entries(row: Row, own: List[int]) -> Vector:
-            data, of_row = self._entries(row, v), row.pattern.rows  # type: ignore[attr-defined]
+            data, of_row = self._entries(row, v), row.pattern.rows
             return data if row.size == 1 else np.concatenate([data[of_row == k] for k in own])
         return self._joined(rows, entries)
 
@@ -257,13 +248,11 @@ class _Game:
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def _entries(self, row: Row, v: Vector) -> Vector:
-        pattern: Any = row.pattern  # type: ignore[attr-defined]
-        return pattern.data if row.matrix is not None else pattern.values(
-            row.derivative(v))  # type: ignore[attr-defined]
+        return row.pattern.data if row.matrix is not None else row.pattern.values(row.derivative(v))
 
     def jacobianstructure(self) -> Tuple[Any, Any]:
         offsets = np.cumsum([0] + [row.size for row in self.rows])
-        patterns = [row.pattern for row in self.rows]  # type: ignore[attr-defined]
+        patterns = [row.pattern for row in self.rows]
         return (np.concatenate([p.rows + at for p, at in zip(patterns, offsets)]),
                 np.concatenate([p.cols for p in patterns]))
 
@@ -280,7 +269,7 @@ class _Game:
                 owners.append(np.full(row.size, MIN if row.player == "min" else MAX, dtype=np.intc))
                 continue
             reads_y = np.full(row.size, MIN, dtype=np.intc)
-            pattern = row.pattern  # type: ignore[attr-defined]
+            pattern = row.pattern
             reads_y[pattern.rows[pattern.cols >= self.nx]] = MAX
             owners.append(reads_y)
         return np.concatenate(owners) if owners else None
@@ -293,7 +282,7 @@ class _Game:
         """Returns a note if an inequality of both players is Max's by default and no constraint is robust."""
         coupled: List[str] = []
         for row in self.rows:
-            pattern, (low, up) = row.pattern, row.bounds(row.size)  # type: ignore[attr-defined]
+            pattern, (low, up) = row.pattern, row.bounds()
             of_y = pattern.cols >= self.nx
             if row.player == "min" and np.any(of_y):
                 return []
@@ -358,7 +347,7 @@ class _Game:
         """Checks a given jac at v; returns what is wrong, or None."""
         wrong = None
         if self.given:
-            wrong = check_given(lambda at: _number(self._plain(at), "fun"), self.gradient, v, self.box,
+            wrong = check_given(self.objective, self.gradient, v, self.box,
                                 lambda _: "jac", self.names.__getitem__)
         for row in self.rows:
             if wrong is None and row.jac is not None:
@@ -367,9 +356,6 @@ class _Game:
                     v, self.box, lambda k, row=row: f"value {k} of jac of {row.name}"  # type: ignore
                     if row.size > 1 else f"jac of {row.name}", self.names.__getitem__)
         return wrong
-
-    def _plain(self, v: Vector) -> Any:
-        return self.value_of_pair(v) if self.jac_in_fun else self.value(v)
 
     def complex_steps_fail(self, v: Vector) -> List[str]:
         """Returns functions whose complex steps are wrong around v; these use differences from now on."""
@@ -390,17 +376,26 @@ def _start(values: Any, name: str) -> Vector:
     return array
 
 
+def read_names(*given: Tuple[Any, int]) -> Dict[str, List[str]]:
+    """Those of x and of y that are given, with how many there have to be."""
+    found = {letter: [str(name) for name in names] for letter, (names, _) in zip("xy", given) if names is not None}
+    for letter, (_, size) in zip("xy", given):
+        if len(found.get(letter, range(size))) != size:
+            raise ValueError(f"names_{letter} has {len(found[letter])} entries, not {size}")
+    return found
+
+
 def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]) -> Problem:
     source = game if game.recorded is None else game.recorded.formulas
     proves = (options.get("minmax_worst_case_proof", "no") in (True, "yes")
               or options.get("minmax_certificate") == "proved")
-    functions = types.SimpleNamespace(objective_over=game.objective_over, constraints_over=game.constraints_over, **{
+    functions = types.SimpleNamespace(objective_over=game.value, constraints_over=game.constraints_over, **{
         name: getattr(source, name) for name in ("gradient", "jacobian", "jacobianstructure", "jacobian_rows")}, **{
         # A proof compares its bounds with values that are not of the same formulas.
         name: getattr(game if proves else source, name) for name in ("objective", "constraints", "constraint_rows")},
         **(game.set_hessian(hess, hess_pattern) if game.recorded is None else
            {name: getattr(source, name) for name in ("hessian", "hessianstructure")}))
-    sides = [row.bounds(row.size) for row in game.rows]
+    sides = [row.bounds() for row in game.rows]
     if callback is not None:
         if not callable(callback):
             raise TypeError(f"callback is {callback!r:.60}, not a function")
@@ -444,14 +439,14 @@ def _solve(game: _Game, problem: Problem, v0: Vector) -> Tuple[Vector, Dict[str,
 
 def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
     """Of a solve that had no time to begin."""
-    message = "the time limit passed before the first iterate: this is the starting point"
-    m = sum(row.size for row in game.rows)
-    return v0, {"x": v0, "g": np.full(m, np.nan), "obj_val": np.nan, "mult_g": np.zeros(m), "mult_x_L": np.zeros(v0.size),
-                "mult_x_U": np.zeros(v0.size), "status": _core.STATUS_OF_TIME_LIMIT, "status_name": "max wall time",
-                "status_msg": message, "interrupted": False, "certificate": Certificate.nothing(message),
-                "worst_case": None, "worst_cases": [], "proofs": [], "points": [],
-                "statements": [message, "no point", "cut short before any y was looked at", "0 starts"],
-                "history": np.zeros((0, 5)), "statistics": {"iterations": 0}, "derivative_error": None}
+    def late(*_: Any) -> Any:
+        raise LimitReached
+    problem = Problem(game.n, sum(row.size for row in game.rows), types.SimpleNamespace(
+        objective=late, gradient=late, constraints=late, jacobian=late, jacobianstructure=lambda: ((), ())), players="min")
+    problem.check_derivatives = False
+    problem.add_option("print_level", 0)
+    problem.add_option("sb", "yes")
+    return problem.solve(v0)
 
 
 def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Vector, Dict[str, Any]]:
@@ -609,8 +604,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
             raise ValueError("bounds_y and hess_pattern cannot be given with uncertainty=: use sets.Box(...) & ...")
         from .uncertain import minimize_over_set
         return minimize_over_set(fun, x0, y0, args, jac, hess, bounds_x, _listed(constraints), callback,
-                                 options, check_derivatives, uncertainty, recourse, exact,
-                                 {"x": names_x, "y": names_y})
+                                 options, check_derivatives, uncertainty, recourse, exact, names_x, names_y)
     start_x, start_y = _start(x0, "x0"), _start(y0, "y0")
     v0 = np.concatenate([start_x, start_y])
     if v0.size == 0:
@@ -619,33 +613,25 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
     box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]), v0)
     rows = [read_constraint(c, f"constraints[{k}]", start_x.size, start_y.size)
             for k, c in enumerate(_listed(constraints))]
-    given = {letter: [str(n) for n in names] for letter, names in (("x", names_x), ("y", names_y)) if names is not None}
-    for letter, size in (("x", start_x.size), ("y", start_y.size)):
-        if len(given.get(letter, [None] * size)) != size:
-            raise ValueError(f"names_{letter} has {len(given[letter])} entries, not {size}")
+    given = read_names((names_x, start_x.size), (names_y, start_y.size))
 
     def new_game() -> _Game:
         game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
-        game.given_names = dict(given)
+        game.given_names, game.anew = dict(given), lambda: new_problem(new_game(), records)
         game.names = given.get("x", game.names[:game.nx]) + given.get("y", game.names[game.nx:])
         return game
 
-    def new_problem() -> Problem:
-        again = new_game()
-        again.kept_owners = owners[0]
-        again.set_functions(jac, rows, hess_pattern is None and (hess is None or hasattr(fun, "is_ours")))
-        again.anew = new_problem
-        return _problem(again, hess, hess_pattern, callback, dict(options))
+    def new_problem(game: _Game, may_record: bool) -> Problem:
+        game.kept_owners = owners
+        game.set_functions(jac, rows, may_record)
+        return _problem(game, hess, hess_pattern, callback, dict(options))
 
-    owners: List[Any] = []
-    game = new_game()
-    game.anew = new_problem
-    problem = None
+    records = hess_pattern is None and (hess is None or hasattr(fun, "is_ours"))
+    game, problem, owners = new_game(), None, None
     try:
-        for may_record in (hess_pattern is None and (hess is None or hasattr(fun, "is_ours")), False):
-            game.set_functions(jac, rows, may_record)
-            problem = _problem(game, hess, hess_pattern, callback, dict(options))
-            owners[:] = [game.owners()]
+        for may_record in (records, False):
+            problem = new_problem(game, may_record)
+            owners = game.owners()
             v, info = _checked(game, problem, v0, check_derivatives)
             if not game.not_recorded:
                 break

@@ -1,6 +1,6 @@
 """The places where a matrix that depends on x and y may be nonzero."""
 
-from typing import Any, Callable, Tuple
+from typing import Any, Callable, Iterable, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,23 +15,22 @@ def is_sparse(matrix: Any) -> bool:
     return hasattr(matrix, "tocoo")
 
 
-def joined(parts: Tuple[Any, ...], nx: int, ny: int, rows: int, name: str) -> Any:
-    """The matrix (Jx Jy) from a tuple of its two blocks."""
-    if len(parts) != 2:
-        raise ValueError(f"{name} returned a tuple of {len(parts)}, not one of two: to x and to y")
+def joined(parts: Iterable[Any], names: Iterable[str], columns: Sequence[int], rows: int) -> Any:
+    """The matrix of blocks of so many rows and columns side by side, sparse if one is; None: zero."""
     blocks = []
-    for part, columns, to in zip(parts, (nx, ny), "xy"):
-        if not is_sparse(part):
-            part = to_floats(part, f"what {name} returned")
-            if part.size == rows * columns and (part.ndim < 2 or part.size == 0):
-                part = part.reshape(rows, columns)
-        if tuple(part.shape) != (rows, columns):
-            raise ValueError(f"the part of {name} to {to} has shape {part.shape}, expected {(rows, columns)}")
+    for part, name, width in zip(parts, names, columns):
+        if part is not None and not is_sparse(part):
+            part = to_floats(part, name)
+            if part.size == rows * width and (part.ndim < 2 or part.size == 0):
+                part = part.reshape(rows, width)
+        if part is not None and tuple(part.shape) != (rows, width):
+            raise ValueError(f"{name} has shape {part.shape}, expected {(rows, width)}")
         blocks.append(part)
-    if any(is_sparse(block) for block in blocks):
+    zeros, stack = np.zeros, np.hstack  # type: Any, Any
+    if any(map(is_sparse, blocks)):
         import scipy.sparse
-        return scipy.sparse.hstack(blocks).tocsr()
-    return np.hstack(blocks)
+        zeros, stack = scipy.sparse.csr_matrix, lambda all_of: scipy.sparse.hstack(all_of).tocsr()
+    return stack([zeros((rows, width)) if part is None else part for part, width in zip(blocks, columns)])
 
 
 class Pattern:

@@ -4,7 +4,7 @@ import operator
 import sys
 import warnings
 import weakref
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, Hashable, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -50,38 +50,50 @@ def to_count(value: Any, name: str) -> int:
     return count
 
 
+def returned(values: Any, name: str) -> Vector:
+    """What a function returned as numbers; an error names the function."""
+    if values is None:
+        raise TypeError(f"{name} returned None")
+    return to_floats(values, f"what {name} returned")
+
+
+def to_names(names: Any, size: int, name: str) -> List[str]:
+    """As texts; none where none are given."""
+    found = [str(one) for one in ([] if names is None else names)]
+    if names is not None and len(found) != size:
+        raise ValueError(f"{name} has {len(found)} entries, but there are {size}")
+    return found
+
+
+def require_order(low: Vector, up: Vector, low_name: str, up_name: str, more: str = "") -> None:
+    """Raises ValueError if a lower bound is above the upper one, or NaN."""
+    wrong = ~(low <= up)
+    if np.any(wrong):
+        i = int(np.argmax(wrong))
+        raise ValueError(f"{low_name}[{i}] = {low[i]} is above {up_name}[{i}] = {up[i]}, or NaN{more}")
+
+
+def refuse(wrong: Any, message: Callable[[int], str]) -> None:
+    """Raises a ValueError with the message of the first index at which something is wrong."""
+    if np.any(wrong):
+        raise ValueError(message(int(np.argmax(wrong))))
+
+
 def to_players(players: Any, size: int, name: str) -> npt.NDArray[np.intc]:
     """Array of 0 (Min) and 1 (Max) from numbers, booleans, the strings "min" and "max", or one string for all."""
-    names = {"min": MIN, "max": MAX}
-
-    def number(i: int, player: Any) -> int:
-        if isinstance(player, str):
-            found = names.get(player.lower())
-        elif isinstance(player, (bool, int, float, np.generic)) and player in (0, 1):
-            found = int(player == 1)
-        else:
-            found = None
-        if found is None:
-            raise ValueError(f"{name}[{i}] = {player!r:.60} must be 0 or \"min\", or 1 or \"max\"")
-        return found
-
+    codes = {"min": MIN, "max": MAX, 0: MIN, 1: MAX}
     if isinstance(players, str):
-        return np.full(size, number(0, players), dtype=np.intc)
-    if not isinstance(players, np.ndarray) or players.ndim == 0:
-        try:
-            players = list(players)
-        except TypeError:
-            raise TypeError(f"{name} must have one entry for each, not {players!r:.60}") from None
-    values = np.asarray(players).ravel() if len(set(map(type, players))) == 1 else np.empty(0, object)
-    is_max = values == 1 if values.dtype.kind in "biuf" else values == "max"
-    is_min = values == 0 if values.dtype.kind in "biuf" else values == "min"
-    if values.size and np.all(is_max | is_min):
-        found = is_max.astype(np.intc)
-    else:
-        found = np.array([number(i, p) for i, p in enumerate(players)], dtype=np.intc)
-    if found.size != size:
-        raise ValueError(f"{name} has {found.size} entries, but there are {size}")
-    return found
+        players = [players] * size
+    try:
+        given = list(players)
+    except TypeError:
+        raise TypeError(f"{name} must have one entry for each, not {players!r:.60}") from None
+    found = [codes.get(p.lower() if isinstance(p, str) else p) if isinstance(p, Hashable) else None for p in given]
+    refuse([code is None for code in found],
+           lambda i: f"{name}[{i}] = {given[i]!r:.60} must be 0 or \"min\", or 1 or \"max\"")
+    if len(found) != size:
+        raise ValueError(f"{name} has {len(found)} entries, but there are {size}")
+    return np.array(found, dtype=np.intc)
 
 
 def to_bounds(values: Any, size: int, default: float, name: str) -> Vector:
@@ -103,10 +115,7 @@ def to_indices(values: Any, limit: int, name: str) -> npt.NDArray[np.intc]:
         array = np.where(np.abs(array) < 2.0**62, array, -1.0).astype(np.int64)
     if array.dtype.kind not in "iub":
         raise TypeError(f"{name} must be integers, not {values!r:.60}")
-    wrong = (array < 0) | (array >= limit)
-    if np.any(wrong):
-        at = int(np.argmax(wrong))
-        raise ValueError(f"{name}[{at}] = {array[at]} is not between 0 and {limit - 1}")
+    refuse((array < 0) | (array >= limit), lambda at: f"{name}[{at}] = {array[at]} is not between 0 and {limit - 1}")
     return array.astype(np.intc)
 
 
@@ -125,10 +134,6 @@ def _structure(functions: Any, name: str, rows: int, cols: int
     if pair[0].size != pair[1].size:
         raise ValueError(f"{name} returned {pair[0].size} rows and {pair[1].size} columns")
     return pair
-
-
-def _as_indices(rows: Any, cols: Any) -> Tuple[npt.NDArray[np.intc], npt.NDArray[np.intc]]:
-    return rows.astype(np.intc), cols.astype(np.intc)
 
 
 def recording(n: int, m: int, objective: Any, constraints: Any) -> "_core.Recording":
@@ -188,55 +193,40 @@ class Problem:
                  constraint_players: Any = None, names: Any = None, constraint_names: Any = None) -> None:
         n, m = to_count(n, "n"), to_count(m, "m")
         functions = self if problem_obj is None else problem_obj
-        methods: Dict[str, Any] = {}
-        for name in _FUNCTIONS:
-            method = getattr(functions, name, None)
-            if method is not None:
-                if not callable(method):
-                    raise TypeError(f"{name} of problem_obj is no function")
-                methods[name] = method
-        needed = ["objective", "gradient"] + (["constraints", "jacobian"] if m > 0 else [])
-        for name in needed:
+        methods = {name: getattr(functions, name) for name in _FUNCTIONS if getattr(functions, name, None) is not None}
+        for name, method in methods.items():
+            if not callable(method):
+                raise TypeError(f"{name} of problem_obj is no function")
+        for name in ["objective", "gradient"] + ["constraints", "jacobian"] * (m > 0):
             if name not in methods:
                 raise ValueError(f"problem_obj has no method {name}")
-        none = np.zeros(0, dtype=np.intc)
-        jac = _structure(functions, "jacobianstructure", m, n) if m > 0 else (none, none)
-        if jac is None:
-            jac = _as_indices(*np.divmod(np.arange(n * m), max(n, 1)))
+        jac = _structure(functions, "jacobianstructure", m, n) if m > 0 else None
+        jac = jac or np.divmod(np.arange(n * m), max(n, 1))
         hess = _structure(functions, "hessianstructure", n, n)
-        self._pattern_only = hess is not None and "hessian" not in methods
-        if hess is None:
-            hess = (none, none) if "hessian" not in methods else _as_indices(*np.tril_indices(n))
+        pattern_only = hess is not None and "hessian" not in methods
+        hess = hess or np.tril_indices(n if "hessian" in methods else 0)
         if players is None:
             if n > 0:
                 warnings.warn("players is None: all variables are the minimizer's, this is a plain "
                               "minimization (players=\"min\" says so)", UserWarning, stacklevel=2)
             players = "min"
-        if self._pattern_only:  # its structure is read, its values are not
+        if pattern_only:  # its structure is read, its values are not
             methods["hessian"] = None
-        owners = constraint_players
-        self.n, self.m = n, m
-        self._players = to_players(players, n, "players")
-        self._methods, self._options = methods, {}  # type: Dict[str, Any], Dict[str, Any]
-        self._jacobian_places = jac
+        self.n, self.m, self._methods, self._jacobian_places = n, m, methods, jac
+        self._options: Dict[str, Any] = {}
         self._bounds = [to_bounds(lb, n, -1e20, "lb"), to_bounds(ub, n, 1e20, "ub"),
                         to_bounds(cl, m, -1e20, "cl"), to_bounds(cu, m, 1e20, "cu")]
-        for low, up, words in ((0, 1, "lb ub variable"), (2, 3, "cl cu constraint")):
-            wrong = self._bounds[low] > self._bounds[up]
-            if np.any(wrong):
-                at, (a, b, what) = int(np.argmax(wrong)), words.split()
-                raise ValueError(f"{a}[{at}] = {self._bounds[low][at]} is above {b}[{at}] = "
-                                 f"{self._bounds[up][at]} ({what} {at})")
-        variable_lower, variable_upper, lower, upper = self._bounds
+        for a, b, low, up in (("lb", "ub", *self._bounds[:2]), ("cl", "cu", *self._bounds[2:])):
+            refuse(low > up, lambda at: f"{a}[{at}] = {low[at]} is above {b}[{at}] = {up[at]}")
         self._solver: Optional[_core.Problem] = _core.Problem(
-            n, m, methods, variable_lower, variable_upper, lower, upper, self._players,
-            None if owners is None else to_players(owners, m, "constraint_players"), *jac, *hess, self._pattern_only)
+            n, m, methods, *self._bounds, to_players(players, n, "players"), None if constraint_players is None
+            else to_players(constraint_players, m, "constraint_players"), *jac, *hess)
         given = [[str(name) for name in own or ()] for own in (names, constraint_names)]
         for own, size, what in zip(given, (n, m), ("names", "constraint_names")):
             if own and len(own) != size:
                 raise ValueError(f"{what} has {len(own)} entries, but there are {size}")
         self._solver.set_names(*given)
-        if self._pattern_only:
+        if pattern_only:
             self._solver.add_option("hessian_approximation", "finite-difference-values")
         self._solver.set_recorder(lambda: recording(n, m, *[getattr(functions, name + "_over", methods.get(name))
                                                            for name in ("objective", "constraints")]))

@@ -75,7 +75,7 @@ class Recorded:
         return found, own
 
     def _recording(self) -> Any:
-        return recording(self._game.n, len(self._game.places), self._game.objective_over, self._game.constraints_over)
+        return recording(self._game.n, len(self._game.places), self._game.value, self._game.constraints_over)
 
     def update(self) -> bool:
         """Reads the numbers in the functions anew. False: they now do other operations."""

@@ -1,7 +1,7 @@
 """Decisions taken after y is seen: z follows from y by a rule whose coefficients are Min's."""
 
 from dataclasses import dataclass
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, List, Optional
 
 import numpy as np
 
