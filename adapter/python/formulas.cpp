@@ -409,13 +409,16 @@ class Recording {
 
 namespace {
 
-/// Each constraint is evaluated by itself.
-struct ByRows {
+struct Objective {
   std::shared_ptr<Recording> recording;
   template <class T>
   T objective(std::span<const T> v) const {
     return recording->objective(v);
   }
+};
+
+/// Each constraint is evaluated by itself.
+struct ByRows : Objective {
   template <class T>
   T constraint(std::size_t j, std::span<const T> v) const {
     return recording->row(j, v);
@@ -423,12 +426,7 @@ struct ByRows {
 };
 
 /// Constraints are evaluated together.
-struct Together {
-  std::shared_ptr<Recording> recording;
-  template <class T>
-  T objective(std::span<const T> v) const {
-    return recording->objective(v);
-  }
+struct Together : Objective {
   template <class T>
   void constraints(std::span<const T> v, std::span<T> g) const {
     recording->all_rows(v, g);
@@ -542,7 +540,7 @@ class Formulas {
   }
   template <class Model>
   void make(ModelData data) {
-    auto problem = std::make_unique<AutodiffProblem<Model>>(Model{recording_}, std::move(data));
+    auto problem = std::make_unique<AutodiffProblem<Model>>(Model{{recording_}}, std::move(data));
     forget_ = [of = problem.get()] { (void)of->functions(); };
     problem_ = std::move(problem);
   }

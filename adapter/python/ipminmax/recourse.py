@@ -105,12 +105,10 @@ class Policy:
         ny, order, self.stages = lower.size, RULES.index(recourse.rule), recourse.stages
         self._center, width = 0.5 * (lower + upper), 0.5 * (upper - lower)
         self._width = np.where(width > 0.0, width, 1.0)
-        self._pairs = np.array([(i, j) for i in range(ny) for j in range(i, ny)] if order > 1 else [],
-                               dtype=int).reshape(-1, 2).T
+        first, second = self._pairs = np.triu_indices(ny if order > 1 else 0)
         sees = np.zeros((recourse.n, ny), dtype=bool)
         for row, y in zip(sees, recourse.seen(ny)):
             row[y] = width[y] > 0.0
-        first, second = self._pairs
         self._free = np.hstack([np.ones((recourse.n, 1), dtype=bool), sees & (order > 0),
                                 sees[:, first] & sees[:, second]])
         everything = np.zeros(self._free.shape)
@@ -124,12 +122,7 @@ class Policy:
     def _basis(self, y: Any) -> Any:
         v = (y - self._center) / self._width
         first, second = self._pairs
-        return np.concatenate([[1.0], v] + ([v[first] * v[second]] if first.size else []))
-
-    def _all(self, free: Any) -> Any:
-        matrix = np.zeros(self._free.shape, dtype=free.dtype)
-        matrix[self._free] = free
-        return matrix
+        return np.concatenate([[1.0], v, v[first] * v[second]])
 
     def of(self, free: Any, y: Any) -> Any:
         """Returns z."""
@@ -142,11 +135,12 @@ class Policy:
     @property
     def coefficients(self) -> List[Vector]:
         """Z0 (n), Z1 (n x ny), Z2 (n x ny x ny): z_k = Z0_k + Z1_k y + y'Z2_k y, y in its own units, Z2_k symmetric."""
-        matrix, ny = self._all(self.answer), self._center.size
+        matrix, ny = np.zeros(self._free.shape), self._center.size
+        matrix[self._free] = self.answer
         constant, linear = matrix[:, 0], matrix[:, 1:1 + ny] / self._width
         square = np.zeros((len(matrix), ny, ny))
-        for values, i, j in zip(matrix[:, 1 + ny:].T, *self._pairs):
-            square[:, i, j] += 0.5 * values / (self._width[i] * self._width[j])
-            square[:, j, i] += 0.5 * values / (self._width[i] * self._width[j])
+        first, second = self._pairs
+        square[:, first, second] = 0.5 * matrix[:, 1 + ny:] / (self._width[first] * self._width[second])
+        square += square.transpose(0, 2, 1)
         bent = square @ self._center
         return [constant - linear @ self._center + bent @ self._center, linear - 2.0 * bent, square]
