@@ -54,8 +54,9 @@ struct ModelStopped : std::exception {
 };
 
 /// Raised by a model's function to say that it is undefined at this point
-/// (ipminmax.EvaluationError), and by one that found the time limit passed (LimitReached).
-py::handle evaluation_error, limit_reached;
+/// (ipminmax.EvaluationError), and by one that found the time limit passed (LimitReached); what is
+/// raised where a solution has no derivatives (NoSensitivity).
+py::handle evaluation_error, limit_reached, no_sensitivity;
 
 // --- The log ------------------------------------------------------------------------------------
 
@@ -500,7 +501,9 @@ class Problem {
   }
   void require_sensitivity(int success) {
     rethrow();
-    if (success != 1) throw std::runtime_error(IpminmaxMessage(problem_));
+    if (success == 1) return;
+    PyErr_SetString(no_sensitivity.ptr(), IpminmaxMessage(problem_));
+    throw py::error_already_set();
   }
   /// Raises what a callback left, with the interpreter's lock held.
   void rethrow() {
@@ -751,9 +754,10 @@ void collect_cycles(PyHeapTypeObject* heap_type) {
 PYBIND11_MODULE(_core, module) {
   module.doc() = "C interface of Ipminmax with NumPy arrays; use the package ipminmax";
   module.attr("__version__") = IpminmaxVersion();
-  module.def("set_exceptions", [](py::object undefined, py::object late) {
+  module.def("set_exceptions", [](py::object undefined, py::object late, py::object none) {
     evaluation_error = undefined.release();  // as long as the interpreter
     limit_reached = late.release();
+    no_sensitivity = none.release();
   });
   ipminmax::python::add_formulas(module);
   py::class_<Problem>(module, "Problem", py::custom_type_setup(collect_cycles))

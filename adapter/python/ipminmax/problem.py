@@ -12,11 +12,11 @@ import numpy.typing as npt
 from . import _core
 from .certificate import Certificate
 from .differences import Box, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
-from .sensitivity import Sensitivity
+from .sensitivity import NoSensitivity, Sensitivity
 
 MIN, MAX = 0, 1
 
-_core.set_exceptions(EvaluationError, LimitReached)
+_core.set_exceptions(EvaluationError, LimitReached, NoSensitivity)
 
 _FUNCTIONS = ("objective", "gradient", "constraints", "jacobian", "hessian", "intermediate",
               "constraint_rows", "jacobian_rows")
