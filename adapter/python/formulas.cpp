@@ -417,17 +417,21 @@ struct Objective {
   }
 };
 
-/// Each constraint is evaluated by itself.
-struct ByRows : Objective {
+/// Constraints are evaluated each by itself, or together.
+template <bool by_rows>
+struct Functions {
+  std::shared_ptr<Recording> recording;
   template <class T>
+  T objective(std::span<const T> v) const {
+    return recording->objective(v);
+  }
+  template <class T>
+    requires by_rows
   T constraint(std::size_t j, std::span<const T> v) const {
     return recording->row(j, v);
   }
-};
-
-/// Constraints are evaluated together.
-struct Together : Objective {
   template <class T>
+    requires(!by_rows)
   void constraints(std::span<const T> v, std::span<T> g) const {
     recording->all_rows(v, g);
   }
@@ -452,9 +456,9 @@ class Formulas {
                    .constraint_lower = std::vector<double>(m),
                    .constraint_upper = std::vector<double>(m)};
     if (together)
-      make<Together>(std::move(data));
+      make<Functions<false>>(std::move(data));
     else
-      make<ByRows>(std::move(data));
+      make<Functions<true>>(std::move(data));
     row_begin_.assign(m + 1, 0);
     for (const Triplet& entry : structure().jacobian) ++row_begin_[at(entry.row) + 1];
     for (std::size_t j = 0; j < m; ++j) row_begin_[j + 1] += row_begin_[j];

@@ -145,7 +145,7 @@ class Refused(unittest.TestCase):
                 (dict(x0=[1j]), "x0 must be real"), (dict(x0=[], y0=[]), "x0 and y0 are empty"),
                 (dict(jac=3), "jac is 3"), (dict(jac="exact"), "jac is 'exact'"),
                 (dict(jac=True), "jac is True"), (dict(jac=lambda x, y: [1.0]), "jac returned 1"),
-                (dict(jac=lambda x, y: ([1.0, 2.0], [3.0])), "jac returned parts"),
+                (dict(jac=lambda x, y: ([1.0, 2.0], [3.0])), "part of jac to x has shape"),
                 (dict(jac=lambda x, y: ["a", "b"]), "jac returned must be real"),
                 (dict(hess="2-point"), "hess is '2-point'"),
                 (dict(hess=lambda x, y: np.eye(3)), "hess has shape"),

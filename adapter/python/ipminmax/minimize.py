@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
-from .problem import MAX, MIN, Problem, refute, to_floats
+from .problem import MAX, MIN, Problem, refuse, refute, to_floats
 from .recorded import Recorded, recorded
 from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase
@@ -168,17 +168,18 @@ class _Game:
         return function(*self.split(v), *more)
 
     def _gradient(self, found: Any) -> Vector:
-        if isinstance(found, tuple):
-            sizes = [self.nx, self.n - self.nx]
-            parts = [np.ravel(part) for part in found]
-            if [part.size for part in parts] != sizes:
-                raise ValueError(f"jac returned parts of {[part.size for part in parts]} numbers, "
-                                 f"expected {sizes}: to x and to y")
-            found = np.concatenate(parts)
-        gradient = to_floats(found, "what jac returned").ravel()
+        gradient = to_floats(self._whole(found, "jac", 1), "what jac returned").ravel()
         if gradient.size != self.n:
             raise ValueError(f"jac returned {gradient.size} numbers, but x and y have {self.n}")
         return gradient
+
+    def _whole(self, found: Any, name: str, rows: int) -> Any:
+        """Derivatives to x and y from one matrix, or from a tuple of those to x and those to y."""
+        if not isinstance(found, tuple):
+            return found
+        if len(found) != 2:
+            raise ValueError(f"{name} returned a tuple of {len(found)}, not one of two: to x and to y")
+        return joined(found, [f"the part of {name} to {to}" for to in "xy"], (self.nx, self.n - self.nx), rows)
 
     # --- Constraints
 
@@ -202,15 +203,7 @@ class _Game:
             row.pattern = ConstantPattern(row.matrix)
             return
         name, jac = f"jac of {row.name}", row.jac
-
-        def given(v: Vector) -> Any:
-            matrix = self._timed(jac, v)  # type: ignore[arg-type]
-            if not isinstance(matrix, tuple):
-                return matrix
-            if len(matrix) != 2:
-                raise ValueError(f"{name} returned a tuple of {len(matrix)}, not one of two: to x and to y")
-            return joined(matrix, [f"the part of {name} to {to}" for to in "xy"], (self.nx, self.n - self.nx), row.size)
-        row.derivative = given if jac is not None else self.differentiated(
+        row.derivative = (lambda v: self._whole(self._timed(jac, v), name, row.size)) if jac else self.differentiated(
             f"fun of {row.name}", lambda v: self.row_values(row, v), row.method)
         row.pattern = Pattern(row.derivative, self.v0, self.box, (row.size, self.n), name)
 
@@ -309,27 +302,24 @@ class _Game:
             self.notes.append(note)
         if missing:
             return {} if pattern is None else {"hessianstructure": self._given_structure(pattern)}
-        functions: List[Callable[[Vector, Vector], Any]] = [lambda v, _: self._timed(hess, v, *self.args)]
-        for row in nonlinear:
-            functions.append(lambda v, weights, h=row.hess: self._timed(  # type: ignore[misc]
-                h, v, weights))
-        sizes = [0] + [row.size for row in nonlinear]
-        patterns = [Pattern(lambda v, f=f, size=size: f(v, np.ones(size)),  # type: ignore[misc]
-                            self.v0, self.box, (self.n, self.n), name)
-                    for f, size, (name, _) in zip(functions, sizes, given)]
-        lower = [lower_triangle(p) for p in patterns]
-        entries = [np.count_nonzero(low) for low in lower]
-        offsets = np.cumsum([0] + [row.size for row in self.rows])
-        places = [slice(a, a + row.size) for a, row in zip(offsets, self.rows) if row.matrix is None]
+        def part(name: str, matrix: Any, size: int) -> Tuple[Any, Any, Any]:
+            """Rows, columns and values of the lower triangle of matrix(v, weights)."""
+            pattern = Pattern(lambda v: matrix(v, np.ones(size)), self.v0, self.box, (self.n, self.n), name)
+            low = lower_triangle(pattern)
+            return pattern.rows[low], pattern.cols[low], lambda v, weights: (
+                pattern.values(matrix(v, weights))[low] if weights.any() else np.zeros(np.count_nonzero(low)))
+
+        rows, cols, values = zip(part("hess", lambda v, _: self._timed(hess, v, *self.args), 1), *[
+            part(f"hess of {row.name}", lambda v, weights, h=row.hess: self._timed(h, v, weights), row.size)
+            for row in nonlinear])
+        ends = np.cumsum([row.size for row in self.rows])
 
         def hessian(v: Vector, lagrange: Vector, factor: float) -> Vector:
-            weights = [np.array([factor])] + [lagrange[place] for place in places]
-            factors = [factor] + [1.0] * len(places)
-            return np.concatenate([scale * p.values(f(v, w))[low] if w.any() else np.zeros(size)
-                for scale, p, f, w, low, size in zip(factors, patterns, functions, weights, lower, entries)])
+            own = [lagrange[end - row.size:end] for row, end in zip(self.rows, ends) if row.matrix is None]
+            return np.concatenate([factor * values[0](v, np.array([factor]))] + [
+                of(v, weights) for of, weights in zip(values[1:], own)])
 
-        structure = tuple(np.concatenate([getattr(p, side)[low] for p, low in zip(patterns, lower)])
-                          for side in ("rows", "cols"))
+        structure = np.concatenate(rows), np.concatenate(cols)
         return {"hessian": hessian, "hessianstructure": lambda: structure}
 
     def _given_structure(self, pattern: Any) -> Callable[[], Tuple[Any, Any]]:
@@ -370,9 +360,7 @@ def _start(values: Any, name: str) -> Vector:
     array = np.atleast_1d(to_floats(values, name))
     if array.ndim > 1:
         raise ValueError(f"{name} has shape {array.shape}; it must be one row of numbers")
-    if not np.all(np.isfinite(array)):
-        at = int(np.argmin(np.isfinite(array)))
-        raise ValueError(f"{name}[{at}] is {array[at]}")
+    refuse(~np.isfinite(array), lambda at: f"{name}[{at}] is {array[at]}")
     return array
 
 
@@ -503,19 +491,13 @@ def _value_at(game: _Game, v: Vector, value: float) -> float:
 def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, Any]) -> MinmaxResult:
     at = np.cumsum([0] + [row.size for row in game.rows])
 
-    def place(index: int) -> Tuple[Optional[int], int]:
-        if not 0 <= index < at[-1]:
-            return None, 0  # fun
-        number = int(np.searchsorted(at, index, side="right")) - 1
-        return number, index - int(at[number])
-
-    def worst_case(found: Dict[str, Any]) -> WorstCase:
-        return WorstCase(*place(found["constraint"]), found["value"], found["multiplier"],
-                         found["active"], *game.split(found["x"]))
-
-    def proof(found: Dict[str, Any]) -> Proof:
-        return Proof(*place(found["constraint"]), found["least"], found["seen"], found["proved"],
-                     found["complete"], found["boxes"], found["message"])
+    def place(found: Dict[str, Any]) -> Tuple[Optional[int], int]:
+        """The constraint and which of its values; None: fun."""
+        index = found["constraint"]
+        if not 0 <= index < len(game.places):
+            return None, 0
+        row, k = game.places[index]
+        return game.rows.index(row), k
 
     worst = info["worst_case"]
     higher = worst is not None and worst["higher"]
@@ -529,8 +511,9 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
     return MinmaxResult(x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, value),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
         message="\n".join(message + game.notes + game.note_about_calls() + (game.note_about_owners() if problem else [])), certificate=info["certificate"], worst_case=worst,
-        worst_cases=[worst_case(found) for found in info["worst_cases"]],
-        proofs=[proof(found) for found in info["proofs"]],
+        worst_cases=[WorstCase(*place(c), c["value"], c["multiplier"], c["active"], *game.split(c["x"]))
+                     for c in info["worst_cases"]],
+        proofs=[Proof(*place(p), *[p[key] for key in Proof._fields[2:]]) for p in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
                 for p in info["points"]], nit=statistics["iterations"], nfev=game.nfev,
         statements=info["statements"], multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],

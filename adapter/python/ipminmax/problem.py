@@ -40,6 +40,29 @@ def to_floats(values: Any, name: str) -> Vector:
     return np.ascontiguousarray(array, dtype=float)
 
 
+def to_array(values: Any, name: str, size: Any = None, finite: bool = True) -> Vector:
+    """A row of numbers, of one number as many as size says; size (None, n): a matrix of n columns."""
+    array = to_floats(values, name)
+    if isinstance(size, tuple):
+        if array.ndim != 2 or array.size == 0 or size[1] not in (None, array.shape[1]):
+            raise ValueError(f"{name} has shape {array.shape}; it must be a matrix"
+                             + (f" of {size[1]} columns" if size[1] else ""))
+    else:
+        array = np.full(size, array) if size is not None and array.size == 1 and array.ndim < 2 else np.atleast_1d(array)
+        if array.ndim != 1 or array.size != (size or array.size) or array.size == 0 and size is None:
+            raise ValueError(f"{name} has shape {array.shape}, expected {size or 'one row of'} numbers")
+    if np.any(~np.isfinite(array) if finite else np.isnan(array)):
+        raise ValueError(f"{name} has an entry that is {'not finite' if finite else 'NaN'}")
+    return array
+
+
+def to_amount(value: Any, name: str, positive: bool = False) -> float:
+    number = float(to_array(value, name, 1)[0])
+    if number < 0.0 or positive and number == 0.0:
+        raise ValueError(f"{name} is {number:g}; it must {'be positive' if positive else 'not be negative'}")
+    return number
+
+
 def to_count(value: Any, name: str) -> int:
     try:
         count = operator.index(value)

@@ -6,7 +6,7 @@ from typing import Any, Callable, List, Optional
 import numpy as np
 
 from .differences import Vector
-from .problem import to_count, to_floats, to_indices
+from .problem import refuse, to_amount, to_array, to_count, to_floats, to_indices
 
 RULES = ("static", "affine", "quadratic")
 
@@ -60,12 +60,7 @@ class Recourse:
     def numbers(self, name: str, otherwise: float) -> Vector:
         """The argument as one number for each decision."""
         values = getattr(self, name)
-        array = np.full(1, otherwise) if values is None else to_floats(values, f"{name} of Recourse").ravel()
-        if array.size not in (1, self.n):
-            raise ValueError(f"{name} of Recourse has {array.size} entries, expected {self.n}")
-        if np.any(np.isnan(array)):
-            raise ValueError(f"{name} of Recourse has an entry that is NaN")
-        return np.broadcast_to(array, self.n)
+        return to_array(otherwise if values is None else values, f"{name} of Recourse", self.n, False)
 
     def check(self) -> None:
         self.n = to_count(self.n, "n of Recourse")
@@ -77,13 +72,9 @@ class Recourse:
             raise TypeError(f"equations of Recourse is {self.equations!r:.60}, not a function")
         if not np.all(np.isfinite(to_floats(self.states, "states of Recourse"))):
             raise ValueError("states of Recourse has an entry that is not finite")
-        price = to_floats(self.price, "price of Recourse")
-        if price.size != 1 or not 0.0 <= price[0] < np.inf:
-            raise ValueError(f"price of Recourse is {self.price!r:.60}; it must be a number, not negative")
+        self.price = to_amount(self.price, "price of Recourse")
         low, up = self.numbers("lower", -np.inf), self.numbers("upper", np.inf)
-        if np.any(low > up):
-            i = int(np.argmax(low > up))
-            raise ValueError(f"lower[{i}] = {low[i]:g} of Recourse is above upper[{i}] = {up[i]:g}")
+        refuse(low > up, lambda i: f"lower[{i}] = {low[i]:g} of Recourse is above upper[{i}] = {up[i]:g}")
 
 
 def _is_list(given: Any) -> bool:
@@ -117,7 +108,7 @@ class Policy:
         rows, self._columns = np.nonzero(self._free)
         self._sum = 1.0 * (rows == np.arange(recourse.n)[:, None])
         #: Price of the square of each of them.
-        self.prices = np.where(self._columns > 0, float(recourse.price), 0.0)
+        self.prices = np.where(self._columns > 0, recourse.price, 0.0)
 
     def _basis(self, y: Any) -> Any:
         v = (y - self._center) / self._width
