@@ -340,9 +340,8 @@ class Problem {
   /// log_on_terminal: sys.stdout is the terminal. interrupted: by Ctrl-C before it began.
   py::dict solve(const Array& x0, const Array& lambda0, const Array& z_l0, const Array& z_u0,
                  bool again, bool log_on_terminal, bool interrupted) {
-    check_size(x0, n_, "x");
     Iterate at(*this);
-    std::copy_n(x0.data(), n_, at.x.begin());
+    start(x0, "x", at.x);
     at.f = std::numeric_limits<double>::quiet_NaN();
     if (!again) {
       start(lambda0, "lagrange", at.lambda);
@@ -354,7 +353,9 @@ class Problem {
     int status = IPMINMAX_INTERNAL_ERROR;
     {
       const Unlocked unlocked;
-      status = run_solver(at, again);
+      status = (again ? IpminmaxSolveAgain : IpminmaxSolve)(
+          problem_, at.x.data(), at.g.data(), &at.f, at.lambda.data(), at.z_l.data(), at.z_u.data(),
+          this);
     }
     rethrow();
     std::string name = IpminmaxStatusName(problem_), message = IpminmaxMessage(problem_);
@@ -533,13 +534,6 @@ class Problem {
                     : 0.0;
     wall_start_ = Clock::now();
     cpu_start_ = std::clock();
-  }
-
-  /// The one call of the solver.
-  int run_solver(Iterate& at, bool again) {
-    const auto solver = again ? IpminmaxSolveAgain : IpminmaxSolve;
-    return solver(problem_, at.x.data(), at.g.data(), &at.f, at.lambda.data(), at.z_l.data(),
-                  at.z_u.data(), this);
   }
 
   [[nodiscard]] double seconds() const {

@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -215,14 +216,10 @@ class Recording {
 
   /// Throws if there are kinks, or second derivatives cost more than calls do.
   void require_derivatives(bool by_rows) const {
-    ProductCount count{std::vector<bool>(graph_->operations.size()),
-                       std::vector<std::vector<Index>>(graph_->operations.size())};
-    if (by_rows) {
-      for (std::size_t j = 0; j < rows(); ++j) count_products(needed_[j], count);
-    } else {
-      count_products(needed_.back(), count);
-    }
-    count_products(needed_[rows()], count);
+    double products = 0.0;
+    for (std::size_t j = 0; j <= rows(); ++j)
+      if (by_rows || j == rows()) count_products(needed_[j], products);
+    if (!by_rows) count_products(needed_.back(), products);
   }
 
   template <class T>
@@ -247,44 +244,34 @@ class Recording {
     return graph_->operations[static_cast<std::size_t>(k)];
   }
 
-  /// wanted, reads: of each operation, empty between sets.
-  struct ProductCount {
-    std::vector<bool> wanted;
-    std::vector<std::vector<Index>> reads;
-    double products = 0.0;
-  };
   /// Of all operations with second derivatives |da| |db|, and what the sparse gradients of their
   /// operands take.
-  void count_products(const std::vector<Index>& set, ProductCount& count) const {
-    auto& [wanted, reads, products] = count;
-    const auto want = [&](Index node) {
-      if (node >= graph_->inputs) wanted[at(node)] = true;
-    };
+  void count_products(const std::vector<Index>& set, double& products) const {
     const auto is_linear = [](Kind kind) { return kind == Kind::Add || kind == Kind::Subtract; };
+    std::unordered_map<Index, std::vector<Index>> reads;  // of operands: inputs in their gradients
     for (const Index k : std::views::reverse(set)) {
-      if (operation(k).kind == Kind::Abs) throw py::type_error("abs has a kink");
-      if (is_linear(operation(k).kind) && !wanted[static_cast<std::size_t>(k)]) continue;
-      want(operation(k).a);
-      want(operation(k).b);
+      const auto& [kind, is_total, a, b, value] = operation(k);
+      if (kind == Kind::Abs) throw py::type_error("abs has a kink");
+      if (is_linear(kind) && !reads.contains(k)) continue;
+      for (const Index node : {a, b})
+        if (node >= graph_->inputs) reads[node - graph_->inputs];
     }
     const auto of = [&](Index node) {
       if (node < 0) return std::vector<Index>{};
-      return node < graph_->inputs ? std::vector{node} : reads[at(node)];
+      return node < graph_->inputs ? std::vector{node} : reads.at(node - graph_->inputs);
     };
     for (const Index k : set) {
       const auto& [kind, is_total, a, b, value] = operation(k);
-      if (is_linear(kind) && !wanted[static_cast<std::size_t>(k)]) continue;
+      const auto own = reads.find(k);
+      if (is_linear(kind) && own == reads.end()) continue;
       const std::vector<Index> of_a = of(a), of_b = of(b);
       if (!is_linear(kind))
         products += static_cast<double>(of_a.size()) * static_cast<double>(of_b.size());
-      if (wanted[static_cast<std::size_t>(k)])
-        std::ranges::set_union(of_a, of_b, std::back_inserter(reads[static_cast<std::size_t>(k)]));
-      products += static_cast<double>(reads[static_cast<std::size_t>(k)].size());
+      if (own != reads.end()) {
+        std::ranges::set_union(of_a, of_b, std::back_inserter(own->second));
+        products += static_cast<double>(own->second.size());
+      }
       if (products > kMostProducts) throw py::type_error("second derivatives cost too much");
-    }
-    for (const Index k : set) {
-      wanted[static_cast<std::size_t>(k)] = false;
-      reads[static_cast<std::size_t>(k)].clear();
     }
   }
 
@@ -295,11 +282,9 @@ class Recording {
     const auto is_sum = [](const Operation& one) {
       return one.kind == Kind::Add && one.a >= 0 && one.b >= 0;
     };
-    std::vector<Index> uses(given.size()), of_sums(given.size());
+    std::vector<Index> uses(given.size());  // twice those that are no sum's
     const auto use = [&](Index node, bool by_sum) {
-      if (node < graph_->inputs) return;
-      ++uses[at(node)];
-      of_sums[at(node)] += by_sum ? 1 : 0;
+      if (node >= graph_->inputs) uses[at(node)] += by_sum ? 1 : 2;
     };
     for (const Operation& operation : given) {
       use(operation.a, is_sum(operation));
@@ -307,8 +292,7 @@ class Recording {
     }
     for (const Index output : outputs_) use(output, false);
     const auto is_part = [&](Index node) {
-      return node >= graph_->inputs && is_sum(given[at(node)]) && uses[at(node)] == 1 &&
-             of_sums[at(node)] == 1;
+      return node >= graph_->inputs && is_sum(given[at(node)]) && uses[at(node)] == 1;
     };
     std::vector<Index> places(given.size());
     const auto place = [&](Index node) { return node < graph_->inputs ? node : places[at(node)]; };

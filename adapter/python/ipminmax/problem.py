@@ -410,7 +410,7 @@ class Problem:
         values = self._returned("jacobian", v)
         if values.size != rows.size:
             raise ArithmeticError  # the solver says what is wrong
-        return _Rows(rows, cols, values, self.m)
+        return lambda direction: np.bincount(rows, values * direction[cols], self.m).astype(float)
 
     def gap(self, v: npt.ArrayLike) -> float:
         """The duality gap at v: the largest objective over the maximizer's variables less the least one
@@ -446,17 +446,6 @@ class Problem:
         if self._solving or self._solver is not None and self._solver.solving:
             raise RuntimeError("the problem is being solved: no close inside its own functions")
         self._solver, self._methods = None, {}
-
-
-class _Rows:
-    """Sparse rows that can be multiplied with a direction; no SciPy."""
-
-    def __init__(self, rows: Any, cols: Any, values: Any, count: int) -> None:
-        self._rows, self._cols, self._values, self._count = rows, cols, values, count
-
-    def __matmul__(self, direction: Vector) -> Vector:
-        weights = self._values * direction[self._cols]
-        return np.bincount(self._rows, weights=weights, minlength=self._count).astype(float)
 
 
 def refute(info: Dict[str, Any], why: str) -> None:

@@ -50,7 +50,7 @@ class Recourse:
                 raise ValueError(f"n of Recourse is {self.n}, not a multiple of its {len(known)} stages")
             return [y for y in known for _ in range(self.n // len(known))]
         given = range(ny) if self.depends_on is None else self.depends_on
-        if not _is_list(given) or not any(map(_is_list, given)):
+        if not np.iterable(given) or not any(map(np.iterable, given)):
             given = [given] * self.n
         each = _lists(given, "depends_on", ny)
         if len(each) != self.n:
@@ -77,14 +77,11 @@ class Recourse:
         refuse(low > up, lambda i: f"lower[{i}] = {low[i]:g} of Recourse is above upper[{i}] = {up[i]:g}")
 
 
-def _is_list(given: Any) -> bool:
-    return hasattr(given, "__len__") and not isinstance(given, str) and getattr(given, "ndim", 1) > 0
-
-
 def _lists(given: Any, name: str, ny: int) -> List[Any]:
-    if not _is_list(given) or not all(map(_is_list, given)):
-        raise ValueError(f"{name} of Recourse is {given!r:.60}; it must be lists of indices of y")
-    return [to_indices(list(y), ny, f"{name} of Recourse") for y in given]
+    try:
+        return [to_indices(list(y), ny, f"{name} of Recourse") for y in given]
+    except TypeError:
+        raise ValueError(f"{name} of Recourse is {given!r:.60}; it must be lists of indices of y") from None
 
 
 class Policy:
