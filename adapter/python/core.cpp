@@ -60,12 +60,10 @@ py::handle evaluation_error, limit_reached, no_sensitivity;
 
 // --- The log ------------------------------------------------------------------------------------
 
-/// The console: sys.stdout, which a notebook or a test redirects, line by line; the terminal's
-/// standard output where sys.stdout is that, so that a line of progress can be refreshed.
+/// The console: sys.stdout, which a notebook or a test redirects.
 class PythonConsole : public Ipopt::Journal {
  public:
   using Journal::Journal;
-  bool is_terminal = false;
 
  protected:
   void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override {
@@ -80,16 +78,10 @@ class PythonConsole : public Ipopt::Journal {
     std::vsnprintf(text.data(), text.size(), format, values);
     write(text.data());
   }
-  void FlushBufferImpl() override {
-    if (is_terminal) std::fflush(stdout);
-  }
+  void FlushBufferImpl() override {}  // Python's buffer is that of its lines
 
  private:
-  void write(const char* text) {
-    if (is_terminal) {
-      std::fputs(text, stdout);
-      return;
-    }
+  static void write(const char* text) {
     const Locked lock;
     PyObject* out = PySys_GetObject("stdout");  // borrowed
     if (out == nullptr || out == Py_None) return;
@@ -337,9 +329,9 @@ class Problem {
     require(IpminmaxOpenOutputFile(problem_, c_string(name), level));
   }
 
-  /// log_on_terminal: sys.stdout is the terminal. interrupted: by Ctrl-C before it began.
+  /// interrupted: by Ctrl-C before it began.
   py::dict solve(const Array& x0, const Array& lambda0, const Array& z_l0, const Array& z_u0,
-                 bool again, bool log_on_terminal, bool interrupted) {
+                 bool again, bool interrupted) {
     Iterate at(*this);
     start(x0, "x", at.x);
     at.f = std::numeric_limits<double>::quiet_NaN();
@@ -348,7 +340,7 @@ class Problem {
       start(z_l0, "zl", at.z_l);
       start(z_u0, "zu", at.z_u);
     }
-    begin(log_on_terminal);
+    begin();
     interrupted_ = interrupted;
     int status = IPMINMAX_INTERNAL_ERROR;
     {
@@ -388,7 +380,7 @@ class Problem {
   /// Largest and least value; ValueError says why there are none.
   py::tuple gap(const Array& v) {
     check_size(v, n_, "v");
-    begin(false);
+    begin();
     double most = 0.0, least = 0.0;
     int found = 0;
     {
@@ -515,13 +507,12 @@ class Problem {
 
   using Clock = std::chrono::steady_clock;
 
-  void begin(bool log_on_terminal) {
+  void begin() {
     error_ = nullptr;
     interrupted_ = timed_out_ = cut_ = false;
     history_.clear();
     boxes_.forget();
     f_ = g_ = {};
-    console_->is_terminal = log_on_terminal;
     ipminmax::SolverOptions options;
     // What is wrong with options the solver says itself.
     (void)ipminmax::solver_options(*problem_->application->Options(), options);

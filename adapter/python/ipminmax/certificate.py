@@ -89,8 +89,3 @@ class Certificate:
         read = {"kind": PointKind, "second_order": SecondOrder, "answer": InnerAnswer, **dict.fromkeys(
             ("inner", "inner_expected", "full", "full_expected"), Inertia._make)}
         return Certificate(**{name: read.get(name, lambda given: given)(value) for name, value in values.items()})
-
-    @staticmethod
-    def nothing(reason: str) -> "Certificate":
-        """Makes the certificate of a point of which nothing is known, with the reason."""
-        return Certificate(reasons=[reason])

@@ -74,19 +74,11 @@ class Box:
         turned = np.where(v + reach > self.upper, -size, turned)
         return np.where(v - reach < self.lower, size, turned)
 
-    def holds(self, v: Vector) -> bool:
-        return bool(np.all((self.lower <= v) & (v <= self.upper)))
-
     def moved(self, v: Vector, random: np.random.Generator, share: float) -> Vector:
         """Returns a point strictly inside the bounds, about share times the lengths away from v."""
         reach = share * self.lengths(v)
         low, high = np.maximum(self.lower, v - reach), np.minimum(self.upper, v + reach)
         return np.where(low < high, low + random.uniform(0.1, 0.9, v.size) * (high - low), v)
-
-
-def _of_step(imaginary: Vector) -> Vector:
-    """NaN where the function is undefined: log and sqrt of negative numbers have an imaginary part without a step."""
-    return np.where(np.abs(imaginary) < _NO_SLOPE * _IMAGINARY, imaginary / _IMAGINARY, np.nan)
 
 
 def complex_step(function: Function, v: Vector) -> Vector:
@@ -97,7 +89,9 @@ def complex_step(function: Function, v: Vector) -> Vector:
         moved[j] += 1j * _IMAGINARY
         columns.append(np.ravel(function(moved.copy())).imag)
         moved[j] = v[j]
-    return _of_step(np.stack(columns, axis=-1))
+    imaginary = np.stack(columns, axis=-1)
+    # NaN where it is undefined: log and sqrt of negative numbers have an imaginary part without a step.
+    return np.where(np.abs(imaginary) < _NO_SLOPE * _IMAGINARY, imaginary / _IMAGINARY, np.nan)
 
 
 def central(function: Function, v: Vector, box: Box) -> Vector:
@@ -154,7 +148,8 @@ def mismatch(function: Function, derivative: Callable[[Vector], Vector], v: Vect
         if second is None:
             continue
         settled = np.abs(slope - second[0]) <= 0.1 * gap
-        if box.holds(v - 2.0 * step * along):  # at a kink the other side has another slope
+        back = v - 2.0 * step * along
+        if np.array_equal(back, np.clip(back, box.lower, box.upper)):  # at a kink the other side has another slope
             other = _slope(function, v, -along, step)
             if other is not None:
                 settled &= np.abs(slope + other[0]) <= 0.1 * gap

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
-from .pattern import ConstantPattern, Pattern, joined, lower_triangle
+from .pattern import Pattern, entries, is_sparse, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refuse, refute, to_floats
 from .recorded import Recorded, recorded
 from .report import Progress
@@ -26,18 +26,19 @@ class _Clock:
     """Limits of time, checked between any two calls of a function: once a millisecond, and clocks that have a
     limit alone. The processor's takes longer to read than some functions."""
 
-    def __init__(self, options: Dict[str, Any]) -> None:
-        given = ((time.monotonic, options.get("max_wall_time")), (time.process_time, options.get("max_cpu_time")))
-        self._limits = [(clock, clock() + float(limit)) if isinstance(limit, (int, float)) and limit < 1e19 else None
-                        for clock, limit in given]
-        self._limited, self._next = any(self._limits), 0.0
+    CLOCKS = {"max_wall_time": "monotonic", "max_cpu_time": "process_time"}
 
-    def left(self) -> List[float]:
-        return [np.inf if limit is None else limit[1] - limit[0]() for limit in self._limits]
+    def __init__(self, options: Dict[str, Any]) -> None:
+        self._ends = {name: getattr(time, clock)() + float(options[name]) for name, clock in self.CLOCKS.items()
+                      if isinstance(options.get(name), (int, float)) and options[name] < 1e19}
+        self._next = 0.0
+
+    def left(self) -> Dict[str, float]:
+        return {name: end - getattr(time, self.CLOCKS[name])() for name, end in self._ends.items()}
 
     def check(self) -> None:
-        if self._limited and time.monotonic() >= self._next:
-            if min(self.left()) <= 0.0:
+        if self._ends and time.monotonic() >= self._next:
+            if min(self.left().values()) <= 0.0:
                 raise LimitReached
             self._next = time.monotonic() + 1e-3
 
@@ -147,7 +148,7 @@ class _Game:
             problem.take(self.anew())
             problem._game.solves = self.solves
         problem._game.clock = _Clock(problem._options)
-        for name in {"max_wall_time", "max_cpu_time"} & set(problem._options):
+        for name in _Clock.CLOCKS.keys() & problem._options:
             problem._core.add_option(name, problem._options[name])
 
     def end(self, info: Dict[str, Any]) -> None:
@@ -200,7 +201,7 @@ class _Game:
     def set_jacobian(self, row: Row) -> None:
         """Defines derivative and pattern of a constraint."""
         if row.matrix is not None:
-            row.pattern = ConstantPattern(row.matrix)
+            row.pattern = entries(row.matrix)
             return
         name, jac = f"jac of {row.name}", row.jac
         row.derivative = (lambda v: self._whole(self._timed(jac, v), name, row.size)) if jac else self.differentiated(
@@ -217,28 +218,20 @@ class _Game:
             if row.matrix is None:
                 values += np.ravel(np.asarray(self.row_values(row, v), dtype=object)).tolist()
                 continue
-            linear, matrix = np.zeros(row.size, dtype=object), ConstantPattern(row.matrix)
+            linear, matrix = np.zeros(row.size, dtype=object), entries(row.matrix)
             np.add.at(linear, matrix.rows, matrix.data * v[matrix.cols])
             values += linear.tolist()
         return values
 
     def constraint_rows(self, v: Vector, rows: Any) -> Vector:
-        return self._joined(rows, lambda row, own: self.real_row_values(row, v)[own])
+        asked = [self.places[k] for k in rows.tolist()]
+        found = {row: self.real_row_values(row, v) for row in dict(asked)}
+        return np.array([found[row][k] for row, k in asked])
 
     def jacobian_rows(self, v: Vector, rows: Any) -> Vector:
-        def entries(row: Row, own: List[int]) -> Vector:
-            data, of_row = self._entries(row, v), row.pattern.rows
-            return data if row.size == 1 else np.concatenate([data[of_row == k] for k in own])
-        return self._joined(rows, entries)
-
-    def _joined(self, rows: Any, found: Callable[[Row, List[int]], Vector]) -> Vector:
-        """Of each constraint that has some of these rows what was found there, one after another."""
-        asked: Dict[Row, List[int]] = {}
-        for number in rows.tolist():
-            row, k = self.places[number]
-            asked.setdefault(row, []).append(k)
-        parts = [found(row, own) for row, own in asked.items()]
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+        asked = [self.places[k] for k in rows.tolist()]
+        found = {row: self._entries(row, v) for row in dict(asked)}
+        return np.concatenate([found[row][row.pattern.rows == k] for row, k in asked])
 
     def _entries(self, row: Row, v: Vector) -> Vector:
         return row.pattern.data if row.matrix is not None else row.pattern.values(row.derivative(v))
@@ -256,15 +249,10 @@ class _Game:
         """Returns the owners of the constraints: as given, else Max if the Jacobian can have an entry in y."""
         if self.kept_owners is not None and self.kept_owners.size == len(self.places):
             return self.kept_owners
-        owners: List[npt.NDArray[np.intc]] = []
+        owners = []
         for row in self.rows:
-            if row.player is not None:
-                owners.append(np.full(row.size, MIN if row.player == "min" else MAX, dtype=np.intc))
-                continue
-            reads_y = np.full(row.size, MIN, dtype=np.intc)
-            pattern = row.pattern
-            reads_y[pattern.rows[pattern.cols >= self.nx]] = MAX
-            owners.append(reads_y)
+            reads_y = np.isin(np.arange(row.size), row.pattern.rows[row.pattern.cols >= self.nx])
+            owners.append(np.where(reads_y if row.player is None else row.player == "max", MAX, MIN) + 0 * reads_y)
         return np.concatenate(owners) if owners else None
 
     def note_about_calls(self) -> List[str]:
@@ -323,10 +311,10 @@ class _Game:
         return {"hessian": hessian, "hessianstructure": lambda: structure}
 
     def _given_structure(self, pattern: Any) -> Callable[[], Tuple[Any, Any]]:
-        matrix = pattern if hasattr(pattern, "tocoo") else np.asarray(pattern)
+        matrix = pattern if is_sparse(pattern) else np.asarray(np.asarray(pattern) != 0)
         if tuple(matrix.shape) != (self.n, self.n):
             raise ValueError(f"hess_pattern has shape {matrix.shape}, expected {(self.n, self.n)}")
-        places = ConstantPattern(matrix != 0 if not hasattr(matrix, "tocoo") else matrix)
+        places = entries(matrix)
         rows = np.maximum(places.rows, places.cols)
         keys = np.unique(rows.astype(np.int64) * self.n + np.minimum(places.rows, places.cols))
         return lambda: tuple(np.divmod(keys, self.n))  # type: ignore[return-value]
@@ -350,10 +338,6 @@ class _Game:
     def complex_steps_fail(self, v: Vector) -> List[str]:
         """Returns functions whose complex steps are wrong around v; these use differences from now on."""
         return [name for name, found in self.derivatives.items() if not found.holds_at(v)]
-
-    def describe_derivatives(self) -> str:
-        return "formulas" if self.recorded is not None else "; ".join(
-            f"{name}: {'complex steps' if way.is_complex else 'differences'}" for name, way in self.derivatives.items())
 
 
 def _start(values: Any, name: str) -> Vector:
@@ -419,9 +403,8 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
 
 
 def _solve(game: _Game, problem: Problem, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
-    for name, left in zip(("max_wall_time", "max_cpu_time"), game.clock.left()):
-        if left < 1e19:
-            problem._core.add_option(name, max(left, 1e-6))
+    for name, left in game.clock.left().items():
+        problem._core.add_option(name, max(left, 1e-6))
     return problem.solve(v0)
 
 
@@ -518,7 +501,9 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
                 for p in info["points"]], nit=statistics["iterations"], nfev=game.nfev,
         statements=info["statements"], multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],
         names={**game.given_names, "constraints": [row.name for row in game.rows]},
-        derivatives=game.describe_derivatives(), info=info, problem=problem)
+        derivatives="formulas" if game.recorded is not None else "; ".join(
+            f"{name}: {'complex steps' if of.is_complex else 'differences'}" for name, of in game.derivatives.items()),
+        info=info, problem=problem)
 
 
 def _listed(constraints: Any) -> List[Any]:

@@ -1,5 +1,6 @@
 """The places where a matrix that depends on x and y may be nonzero."""
 
+import types
 from typing import Any, Callable, Iterable, Sequence, Tuple
 
 import numpy as np
@@ -87,18 +88,13 @@ class Pattern:
         return np.bincount(places, weights=data, minlength=self._keys.size).astype(float)
 
 
-class ConstantPattern:
-    """The pattern and values of a constant matrix."""
-
-    def __init__(self, matrix: Any) -> None:
-        if is_sparse(matrix):
-            matrix = matrix.tocsr().copy()
-            matrix.sum_duplicates()
-            coo = matrix.tocoo()
-            self.rows, self.cols, self.data = coo.row, coo.col, np.asarray(coo.data, dtype=float)
-        else:
-            self.rows, self.cols = np.nonzero(matrix)
-            self.data = matrix[self.rows, self.cols]
+def entries(matrix: Any) -> Any:
+    """Has the rows, cols and data of a constant matrix."""
+    if is_sparse(matrix):
+        found = matrix.tocoo()
+        return types.SimpleNamespace(rows=found.row, cols=found.col, data=np.asarray(found.data, dtype=float))
+    rows, cols = np.nonzero(matrix)
+    return types.SimpleNamespace(rows=rows, cols=cols, data=matrix[rows, cols])
 
 
 def lower_triangle(pattern: Pattern) -> npt.NDArray[np.bool_]:

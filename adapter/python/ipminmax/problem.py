@@ -1,10 +1,10 @@
 """The solver with the shape of cyipopt's Problem."""
 
+import contextlib
 import operator
-import sys
 import warnings
 import weakref
-from typing import Any, Callable, Dict, Hashable, List, Optional, Tuple
+from typing import Any, Callable, Dict, Hashable, Iterator, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -337,15 +337,41 @@ class Problem:
                  ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
         if given[0].size != self.n:
             raise ValueError(f"x must have {self.n} entries, not {given[0].size}")
-        return self._alone(lambda: self._solve_from(given, again))
+        with self._alone() as core:
+            again, self._is_new = again and not self._is_new, False
+            interrupted = False
+            try:
+                wrong = self._wrong_derivative(given[0], given[0])
+                if wrong is not None:
+                    warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=3)
+            except KeyboardInterrupt:
+                interrupted = True
+            info = core.solve(*given, again, interrupted)
+            tested = info["certificate"]  # None: there is no point
+            info["certificate"] = Certificate.of(tested) if tested else Certificate(reasons=[info["status_msg"]])
+            info["derivative_error"] = None
+            if self._game is not None:
+                self._game.end(info)
+            if info["status"] in _SUCCESS:
+                try:
+                    wrong = self._wrong_derivative(info["x"], given[0])
+                    if wrong is not None:
+                        refute(info, wrong)
+                        warnings.warn(f"at the answer {wrong}", DerivativeWarning, stacklevel=3)
+                except KeyboardInterrupt:
+                    info["interrupted"] = True
+            return info["x"], info
 
-    def _alone(self, solve: Any) -> Any:
-        """What a solve returns that is not called inside another one."""
-        if self._solving or self._core.solving:
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[Any]:
+        """For a solve that is not made inside another one."""
+        if self._core.solving or self._solving:
             raise RuntimeError("the problem is being solved: no solve inside its own functions")
         self._solving = True
         try:
-            return solve()
+            if self._game is not None:
+                self._game.begin(self)
+            yield self._core
         finally:
             self._solving = False
 
@@ -359,37 +385,6 @@ class Problem:
             self._core.add_option(keyword, value)
         if self._scaling is not None:
             self._core.set_scaling(*self._scaling)
-
-    def _solve_from(self, given: List[Vector], again: bool) -> Tuple[Vector, Dict[str, Any]]:
-        interrupted, core = False, self._core
-        if self._game is not None:
-            self._game.begin(self)
-            again, core, self._is_new = again and not self._is_new, self._core, False
-        try:
-            wrong = self._wrong_derivative(given[0], given[0])
-            if wrong is not None:
-                warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=4)
-        except KeyboardInterrupt:
-            interrupted = True
-        # A line of progress can be refreshed on a terminal; a notebook's stdout is another object.
-        terminal = sys.stdout is not None and sys.stdout is sys.__stdout__ and sys.stdout.isatty()
-        if terminal:
-            sys.stdout.flush()
-        info = core.solve(given[0], given[1], given[2], given[3], again, terminal, interrupted)
-        tested = info["certificate"]  # None: there is no point
-        info["certificate"] = Certificate.of(tested) if tested else Certificate.nothing(info["status_msg"])
-        info["derivative_error"] = None
-        if self._game is not None:
-            self._game.end(info)
-        if info["status"] in _SUCCESS:
-            try:
-                wrong = self._wrong_derivative(info["x"], given[0])
-                if wrong is not None:
-                    refute(info, wrong)
-                    warnings.warn(f"at the answer {wrong}", DerivativeWarning, stacklevel=4)
-            except KeyboardInterrupt:
-                info["interrupted"] = True
-        return info["x"], info
 
     def _wrong_derivative(self, v: Vector, start: Vector) -> Optional[str]:
         if not self.check_derivatives or not np.all(np.isfinite(v)):
@@ -419,15 +414,9 @@ class Problem:
         all variables of both players, perhaps one of several. ValueError says why there is none: a constraint that is not linear or reads variables
         of both players, an objective that is not convex in the minimizer's variables and concave in
         the maximizer's, as far as second derivatives show, a solve that failed."""
-        self._core  # raises if it is closed
-        point = to_floats(v, "v").ravel()
-
-        def find() -> Any:
-            if self._game is not None:
-                self._game.begin(self)
-            return self._core.gap(point)
-        most, least = self._alone(find)
-        return float(most - least)
+        with self._alone() as core:
+            most, least = core.gap(to_floats(v, "v").ravel())
+            return float(most - least)
 
     def get_current_iterate(self) -> Optional[Dict[str, Any]]:
         """Inside intermediate: dict with x, mult_x_L, mult_x_U (n), g, mult_g (m); None elsewhere."""
@@ -453,4 +442,4 @@ def refute(info: Dict[str, Any], why: str) -> None:
     info["derivative_error"] = why
     info["status"], info["status_name"] = -11, "wrong derivatives"
     info["status_msg"] = f"the derivatives are wrong, so this is no solution: {why}"
-    info["certificate"] = Certificate.nothing(why)
+    info["certificate"] = Certificate(reasons=[why])

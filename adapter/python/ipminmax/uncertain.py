@@ -606,7 +606,7 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str
     values = {f.name: getattr(inner, f.name) for f in fields(inner)}
     wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) and not inner.info["interrupted"] else ""
     if wrong:
-        values.update(success=False, message=wrong, certificate=Certificate.nothing(wrong))
+        values.update(success=False, message=wrong, certificate=Certificate(reasons=[wrong]))
     values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
         points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
