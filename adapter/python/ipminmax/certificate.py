@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, Dict, List, NamedTuple
+from typing import List, NamedTuple
 
 
 class _NamedNumber(IntEnum):
@@ -83,9 +83,8 @@ class Certificate:
     def is_local_minmax(self) -> bool:
         return self.kind == PointKind.LOCAL_MINMAX
 
-    @staticmethod
-    def of(values: Dict[str, Any]) -> "Certificate":
-        """Makes a certificate from the extension module's dictionary."""
+    def __post_init__(self) -> None:
         read = {"kind": PointKind, "second_order": SecondOrder, "answer": InnerAnswer, **dict.fromkeys(
             ("inner", "inner_expected", "full", "full_expected"), Inertia._make)}
-        return Certificate(**{name: read.get(name, lambda given: given)(value) for name, value in values.items()})
+        for name, of in read.items():  # of the extension module's numbers
+            object.__setattr__(self, name, of(getattr(self, name)))

@@ -7,7 +7,7 @@ import numpy as np
 
 from .differences import Vector
 from .pattern import is_sparse, joined
-from .problem import refuse, to_floats
+from .problem import refuse, to_floats, to_function
 
 
 @dataclass(eq=False)
@@ -61,6 +61,7 @@ class Row:
     size: int = 0
     derivative: Any = None  #: v -> k x (nx + ny)
     pattern: Any = None  #: of the Jacobian
+    owners: Any = None  #: of its values, as in the first solve
 
     def __post_init__(self) -> None:
         self.lb, self.ub = -np.inf if self.lb is None else self.lb, np.inf if self.ub is None else self.ub
@@ -70,9 +71,9 @@ class Row:
             raise ValueError(f'player of {self.name} is {self.player!r:.60}; it must be "min", "max" or None')
 
     def with_functions(self, fun: Any, jac: Any, hess: Any) -> "Row":
-        self.fun = _function(fun, f"fun of {self.name}")
+        self.fun = to_function(fun, f"fun of {self.name}")
         self.jac, self.method = derivative_argument(jac, f"jac of {self.name}")
-        self.hess = None if hess is None else _function(hess, f"hess of {self.name}")
+        self.hess = None if hess is None else to_function(hess, f"hess of {self.name}")
         return self
 
     def with_matrix(self, nx: int, columns: Sequence[int], **given: Any) -> "Row":
@@ -94,13 +95,6 @@ class Row:
         return _sides(self.lb, self.ub, self.size, self.name, "{}" if self.size == 1 else "{}[{}]")
 
 
-def _function(function: Any, name: str) -> Callable[..., Any]:
-    if not callable(function):
-        raise TypeError(f"{name} is {function!r:.60}, not a function")
-    checked: Callable[..., Any] = function
-    return checked
-
-
 def derivative_argument(jac: Any, name: str) -> Tuple[Optional[Callable[..., Any]], Optional[str]]:
     """A function, or None with the method of differences that SciPy's words ask for."""
     if jac is None or jac is False:
@@ -109,7 +103,7 @@ def derivative_argument(jac: Any, name: str) -> Tuple[Optional[Callable[..., Any
         if jac not in ("2-point", "3-point", "cs"):
             raise ValueError(f'{name} is {jac!r:.60}; it must be a function, "2-point", "3-point" or "cs"')
         return None, "cs" if jac == "cs" else "3-point"
-    return _function(jac, name), None
+    return to_function(jac, name), None
 
 
 def _from_dictionary(given: Any, name: str) -> Row:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
 from .pattern import Pattern, entries, is_sparse, joined, lower_triangle
-from .problem import MAX, MIN, Problem, refuse, refute, to_floats
+from .problem import MAX, MIN, Problem, refuse, refute, to_floats, to_function
 from .recorded import Recorded, recorded
 from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase
@@ -63,9 +63,7 @@ class _Game:
     """The functions of Problem from functions of (x, y)."""
 
     def __init__(self, fun: Any, v0: Vector, nx: int, args: Tuple[Any, ...], box: Box, clock: _Clock) -> None:
-        if not callable(fun):
-            raise TypeError(f"fun is {fun!r:.60}, not a function")
-        self.fun, self.args, self.nx, self.n, self.box = fun, args, nx, v0.size, box
+        self.fun, self.args, self.nx, self.n, self.box = to_function(fun, "fun"), args, nx, v0.size, box
         self.v0 = np.clip(v0, box.lower, box.upper)
         self.names = [f"x[{j}]" for j in range(nx)] + [f"y[{j}]" for j in range(v0.size - nx)]
         self.clock, self.nfev, self.notes = clock, 0, []  # type: _Clock, int, List[str]
@@ -79,7 +77,6 @@ class _Game:
         self.recorded: Optional[Recorded] = None
         self.not_recorded = ""  #: a function that was another one at the answer
         self.solves = 0
-        self.kept_owners: Any = None  #: those of the first solve
         self.anew: Any = None  #: makes game and problem anew
         self.problem: Any = None  #: returns the problem
 
@@ -247,13 +244,11 @@ class _Game:
 
     def owners(self) -> Optional[npt.NDArray[np.intc]]:
         """Returns the owners of the constraints: as given, else Max if the Jacobian can have an entry in y."""
-        if self.kept_owners is not None and self.kept_owners.size == len(self.places):
-            return self.kept_owners
-        owners = []
         for row in self.rows:
-            reads_y = np.isin(np.arange(row.size), row.pattern.rows[row.pattern.cols >= self.nx])
-            owners.append(np.where(reads_y if row.player is None else row.player == "max", MAX, MIN) + 0 * reads_y)
-        return np.concatenate(owners) if owners else None
+            if row.owners is None or row.owners.size != row.size:
+                reads_y = np.isin(np.arange(row.size), row.pattern.rows[row.pattern.cols >= self.nx])
+                row.owners = np.where((row.player == "max") | (reads_y & (row.player is None)), MAX, MIN)
+        return np.concatenate([row.owners for row in self.rows]) if self.rows else None
 
     def note_about_calls(self) -> List[str]:
         return [f"{self.nfev} calls of {' and '.join(self.derivatives)} for differences and complex steps: jac would save "
@@ -323,17 +318,13 @@ class _Game:
 
     def wrong_derivative(self, v: Vector) -> Optional[str]:
         """Checks a given jac at v; returns what is wrong, or None."""
-        wrong = None
-        if self.given:
-            wrong = check_given(self.objective, self.gradient, v, self.box,
-                                lambda _: "jac", self.names.__getitem__)
-        for row in self.rows:
-            if wrong is None and row.jac is not None:
-                wrong = check_given(
-                    lambda at, row=row: self.row_values(row, at), row.derivative,  # type: ignore
-                    v, self.box, lambda k, row=row: f"value {k} of jac of {row.name}"  # type: ignore
-                    if row.size > 1 else f"jac of {row.name}", self.names.__getitem__)
-        return wrong
+        checks = [(self.objective, self.gradient, lambda _: "jac")] * self.given + [
+            (lambda at, row=row: self.row_values(row, at), row.derivative, lambda k, row=row:
+             f"value {k} of jac of {row.name}" if row.size > 1 else f"jac of {row.name}")
+            for row in self.rows if row.jac is not None]
+        found = (check_given(function, slopes, v, self.box, name, self.names.__getitem__)
+                 for function, slopes, name in checks)
+        return next(filter(None, found), None)
 
     def complex_steps_fail(self, v: Vector) -> List[str]:
         """Returns functions whose complex steps are wrong around v; these use differences from now on."""
@@ -369,8 +360,8 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
            {name: getattr(source, name) for name in ("hessian", "hessianstructure")}))
     sides = [row.bounds() for row in game.rows]
     if callback is not None:
-        if not callable(callback):
-            raise TypeError(f"callback is {callback!r:.60}, not a function")
+        to_function(callback, "callback")
+
         def intermediate(*_: Any) -> bool:
             iterate = game.problem().get_current_iterate()
             if iterate is None:  # of a maximization over y at a held x
@@ -590,16 +581,14 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
         return game
 
     def new_problem(game: _Game, may_record: bool) -> Problem:
-        game.kept_owners = owners
         game.set_functions(jac, rows, may_record)
         return _problem(game, hess, hess_pattern, callback, dict(options))
 
     records = hess_pattern is None and (hess is None or hasattr(fun, "is_ours"))
-    game, problem, owners = new_game(), None, None
+    game, problem = new_game(), None
     try:
         for may_record in (records, False):
             problem = new_problem(game, may_record)
-            owners = game.owners()
             v, info = _checked(game, problem, v0, check_derivatives)
             if not game.not_recorded:
                 break

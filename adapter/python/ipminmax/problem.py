@@ -40,6 +40,13 @@ def to_floats(values: Any, name: str) -> Vector:
     return np.ascontiguousarray(array, dtype=float)
 
 
+def to_function(function: Any, name: str) -> Callable[..., Any]:
+    if not callable(function):
+        raise TypeError(f"{name} is {function!r:.60}, not a function")
+    checked: Callable[..., Any] = function
+    return checked
+
+
 def to_array(values: Any, name: str, size: Any = None, finite: bool = True) -> Vector:
     """A row of numbers, of one number as many as size says; size (None, n): a matrix of n columns."""
     array = to_floats(values, name)
@@ -347,8 +354,8 @@ class Problem:
             except KeyboardInterrupt:
                 interrupted = True
             info = core.solve(*given, again, interrupted)
-            tested = info["certificate"]  # None: there is no point
-            info["certificate"] = Certificate.of(tested) if tested else Certificate(reasons=[info["status_msg"]])
+            # None: there is no point.
+            info["certificate"] = Certificate(**(info["certificate"] or {"reasons": [info["status_msg"]]}))
             info["derivative_error"] = None
             if self._game is not None:
                 self._game.end(info)

@@ -6,7 +6,7 @@ from typing import Any, Callable, List, Optional
 import numpy as np
 
 from .differences import Vector
-from .problem import refuse, to_amount, to_array, to_count, to_floats, to_indices
+from .problem import refuse, to_amount, to_array, to_count, to_floats, to_function, to_indices
 
 RULES = ("static", "affine", "quadratic")
 
@@ -68,8 +68,8 @@ class Recourse:
             raise ValueError(f"rule of Recourse is {self.rule!r:.60}; it must be one of {RULES}")
         if (self.equations is None) != (np.size(self.states) == 0):
             raise ValueError("equations of Recourse need states at the start, and states need equations")
-        if not (self.equations is None or callable(self.equations)):
-            raise TypeError(f"equations of Recourse is {self.equations!r:.60}, not a function")
+        if self.equations is not None:
+            to_function(self.equations, "equations of Recourse")
         if not np.all(np.isfinite(to_floats(self.states, "states of Recourse"))):
             raise ValueError("states of Recourse has an entry that is not finite")
         self.price = to_amount(self.price, "price of Recourse")

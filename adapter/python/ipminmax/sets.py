@@ -17,7 +17,7 @@ import numpy as np
 from .constraints import Constraint, LinearConstraint
 from .differences import Vector
 from .minimize import minimize_minmax
-from .problem import refuse, to_amount, to_array, to_floats
+from .problem import refuse, to_amount, to_array, to_floats, to_function
 
 #: Largest violation, over the size of the set, at which a point counts as one of the set.
 _INSIDE = 1e-8
@@ -587,9 +587,8 @@ class MomentBox(UncertaintySet):
 
     def __init__(self, points: Any, lower: Any, upper: Any, moments: Any = None) -> None:
         points = Discrete(points).origins
-        if not (moments is None or callable(moments)):
-            raise TypeError(f"moments is {moments!r:.60}, not a function")
-        values = points if moments is None else to_array([np.ravel(moments(p)) for p in points], "moments", (None, None))
+        values = points if moments is None else to_array(
+            [np.ravel(to_function(moments, "moments")(p)) for p in points], "moments", (None, None))
         low, up = (to_array(b, name, values.shape[1], False) for b, name in ((lower, "lower"), (upper, "upper")))
         refuse(low > up, lambda i: f"lower[{i}] is above upper: the set is empty")
         middle, size = values.mean(axis=0), np.ptp(values, axis=0)

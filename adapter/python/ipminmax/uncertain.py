@@ -10,7 +10,7 @@ from .certificate import Certificate
 from .constraints import Constraint, LinearConstraint, Row, read_bounds, read_constraint
 from .differences import DerivativeWarning, Vector
 from .minimize import _number, _start, minimize_minmax, read_names
-from .problem import to_floats
+from .problem import to_floats, to_function
 from .recorded import exact
 from .recourse import Policy, Recourse
 from .result import MinmaxResult, WorstCase
@@ -508,10 +508,8 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         raise TypeError(f"uncertainty is {given!r:.60}; it must be a set of ipminmax.sets")
     if recourse is not None and not isinstance(recourse, Recourse):
         raise TypeError(f"recourse is {recourse!r:.60}; it must be a Recourse")
-    if not callable(fun):
-        raise TypeError(f"fun is {fun!r:.60}, not a function")
     model = _Model(_start(x0, "x0"), bounds_x, given, recourse, exact)
-    fun = model.counted(fun)
+    fun = model.counted(to_function(fun, "fun"))
     names: Dict[str, List[str]] = read_names((names_x, model.nx), (names_y, given.n))
     if y0 is not None:
         y0 = _start(y0, "y0")
