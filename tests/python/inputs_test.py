@@ -138,8 +138,8 @@ class Refused(unittest.TestCase):
         for arguments, message in (
                 (dict(fun=3), "fun is 3"), (dict(fun=lambda x, y: None), "fun returned None"),
                 (dict(fun=lambda x, y: [1.0, 2.0]), "fun returned 2 values"),
-                (dict(fun=lambda x, y: "a"), "fun returned 'a'"),
-                (dict(fun=lambda x, y: 1j), "fun returned complex"),
+                (dict(fun=lambda x, y: "a"), "fun returned must be real numbers, not 'a'"),
+                (dict(fun=lambda x, y: 1j), "fun returned must be real numbers, not 1j"),
                 (dict(x0="a"), "x0 must be real"), (dict(x0=[np.nan]), r"x0\[0\] is nan"),
                 (dict(y0=[np.inf]), r"y0\[0\] is inf"), (dict(y0=[[1.0]]), "y0 has shape"),
                 (dict(x0=[1j]), "x0 must be real"), (dict(x0=[], y0=[]), "x0 and y0 are empty"),

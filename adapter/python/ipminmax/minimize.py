@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
 from .pattern import Pattern, entries, is_sparse, joined, lower_triangle
-from .problem import MAX, MIN, Problem, refuse, refute, to_floats, to_function
+from .problem import MAX, MIN, Problem, refuse, refute, returned, to_floats, to_function, to_names
 from .recorded import Recorded, recorded
 from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase
@@ -47,16 +47,10 @@ def _number(value: Any, name: str) -> float:
     """What a function returned as a number; an error names the function."""
     if isinstance(value, float):
         return value
-    array = np.asarray(value)
-    if array.dtype.kind == "c" or array.dtype.kind not in "fiub" and value is None:
-        raise TypeError(f"{name} returned {'complex numbers' if value is not None else 'None'}")
-    try:
-        array = array.astype(float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} returned {value!r:.60}, not a number") from None
+    array = returned(value, name)
     if array.size != 1:
         raise ValueError(f"{name} returned {array.size} values, not one number")
-    return float(array.reshape(()))
+    return float(array[0])
 
 
 class _Game:
@@ -166,7 +160,7 @@ class _Game:
         return function(*self.split(v), *more)
 
     def _gradient(self, found: Any) -> Vector:
-        gradient = to_floats(self._whole(found, "jac", 1), "what jac returned").ravel()
+        gradient = returned(self._whole(found, "jac", 1), "jac")
         if gradient.size != self.n:
             raise ValueError(f"jac returned {gradient.size} numbers, but x and y have {self.n}")
         return gradient
@@ -187,10 +181,7 @@ class _Game:
         return row.fun(*self.split(v))
 
     def real_row_values(self, row: Row, v: Vector) -> Vector:
-        values = self.row_values(row, v)
-        if values is None:
-            raise TypeError(f"fun of {row.name} returned None")
-        array = np.atleast_1d(to_floats(values, f"what fun of {row.name} returned")).ravel()
+        array = returned(self.row_values(row, v), f"fun of {row.name}")
         if row.size and array.size != row.size:
             raise ValueError(f"fun of {row.name} returned {array.size} values, but {row.size} at the start")
         return array
@@ -341,11 +332,8 @@ def _start(values: Any, name: str) -> Vector:
 
 def read_names(*given: Tuple[Any, int]) -> Dict[str, List[str]]:
     """Those of x and of y that are given, with how many there have to be."""
-    found = {letter: [str(name) for name in names] for letter, (names, _) in zip("xy", given) if names is not None}
-    for letter, (_, size) in zip("xy", given):
-        if len(found.get(letter, range(size))) != size:
-            raise ValueError(f"names_{letter} has {len(found[letter])} entries, not {size}")
-    return found
+    return {letter: to_names(names, size, f"names_{letter}") for letter, (names, size) in zip("xy", given)
+            if names is not None}
 
 
 def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]) -> Problem:
@@ -375,12 +363,10 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
     if options.pop("progress", False):
         functions.intermediate = game.progress = Progress(
             getattr(functions, "intermediate", None), lambda: game.problem().get_current_iterate())
-    players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
     names = [row.name if row.size == 1 else f"{row.name}[{k}]" for row, k in game.places]
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower, game.box.upper,
-                      np.concatenate([s[0] for s in sides]) if sides else None,
-                      np.concatenate([s[1] for s in sides]) if sides else None,
-                      players, game.owners(), game.names, names)
+                      *map(np.concatenate, zip(*sides)), players=np.repeat([MIN, MAX], [game.nx, game.n - game.nx]),
+                      constraint_players=game.owners(), names=game.names, constraint_names=names)
     game.problem = weakref.ref(problem)
     problem.check_derivatives = False  # here it is done for one function after the other
     problem._game = game
@@ -465,14 +451,8 @@ def _value_at(game: _Game, v: Vector, value: float) -> float:
 def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, Any]) -> MinmaxResult:
     at = np.cumsum([0] + [row.size for row in game.rows])
 
-    def place(found: Dict[str, Any]) -> Tuple[Optional[int], int]:
-        """The constraint and which of its values; None: fun."""
-        index = found["constraint"]
-        if not 0 <= index < len(game.places):
-            return None, 0
-        row, k = game.places[index]
-        return game.rows.index(row), k
-
+    # The constraint and which of its values; None: fun.
+    places = dict(enumerate((number, k) for number, row in enumerate(game.rows) for k in range(row.size)))
     worst = info["worst_case"]
     higher = worst is not None and worst["higher"]
     why = info["statements"][0]  # with what may help
@@ -484,10 +464,12 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
     value = info["obj_val"] if game.recorded is None else np.nan  # of fun, not of its formula
     return MinmaxResult(x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, value),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
-        message="\n".join(message + game.notes + game.note_about_calls() + (game.note_about_owners() if problem else [])), certificate=info["certificate"], worst_case=worst,
-        worst_cases=[WorstCase(*place(c), c["value"], c["multiplier"], c["active"], *game.split(c["x"]))
-                     for c in info["worst_cases"]],
-        proofs=[Proof(*place(p), *[p[key] for key in Proof._fields[2:]]) for p in info["proofs"]],
+        message="\n".join(message + game.notes + game.note_about_calls() + (game.note_about_owners() if problem else [])),
+        certificate=info["certificate"], worst_case=worst,
+        worst_cases=[WorstCase(*places.get(c["constraint"], (None, 0)), c["value"], c["multiplier"],
+                               c["active"], *game.split(c["x"])) for c in info["worst_cases"]],
+        proofs=[Proof(*places.get(p["constraint"], (None, 0)), *[p[key] for key in Proof._fields[2:]])
+                for p in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
                 for p in info["points"]], nit=statistics["iterations"], nfev=game.nfev,
         statements=info["statements"], multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],

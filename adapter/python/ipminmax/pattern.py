@@ -73,9 +73,7 @@ class Pattern:
         if keys.size == self._keys.size and np.array_equal(keys, self._keys):
             return data
         places = np.searchsorted(self._keys, keys)
-        found = np.zeros(keys.size, dtype=bool)
-        inside = places < self._keys.size
-        found[inside] = self._keys[places[inside]] == keys[inside]
+        found = np.isin(keys, self._keys)
         if np.any(np.isnan(data[~found])):  # undefined there: so is every entry
             return np.full(self._keys.size, np.nan)
         if not np.all(found):

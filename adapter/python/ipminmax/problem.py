@@ -70,6 +70,13 @@ def to_amount(value: Any, name: str, positive: bool = False) -> float:
     return number
 
 
+def returned(values: Any, name: str) -> Vector:
+    """What a function returned as a row of numbers; errors name the function."""
+    if values is None:
+        raise TypeError(f"{name} returned None")
+    return np.ravel(to_floats(values, f"what {name} returned"))
+
+
 def to_count(value: Any, name: str) -> int:
     try:
         count = operator.index(value)
@@ -80,27 +87,12 @@ def to_count(value: Any, name: str) -> int:
     return count
 
 
-def returned(values: Any, name: str) -> Vector:
-    """What a function returned as numbers; an error names the function."""
-    if values is None:
-        raise TypeError(f"{name} returned None")
-    return to_floats(values, f"what {name} returned")
-
-
 def to_names(names: Any, size: int, name: str) -> List[str]:
     """As texts; none where none are given."""
     found = [str(one) for one in ([] if names is None else names)]
     if names is not None and len(found) != size:
         raise ValueError(f"{name} has {len(found)} entries, but there are {size}")
     return found
-
-
-def require_order(low: Vector, up: Vector, low_name: str, up_name: str, more: str = "") -> None:
-    """Raises ValueError if a lower bound is above the upper one, or NaN."""
-    wrong = ~(low <= up)
-    if np.any(wrong):
-        i = int(np.argmax(wrong))
-        raise ValueError(f"{low_name}[{i}] = {low[i]} is above {up_name}[{i}] = {up[i]}, or NaN{more}")
 
 
 def refuse(wrong: Any, message: Callable[[int], str]) -> None:
@@ -251,11 +243,7 @@ class Problem:
         self._solver: Optional[_core.Problem] = _core.Problem(
             n, m, methods, *self._bounds, to_players(players, n, "players"), None if constraint_players is None
             else to_players(constraint_players, m, "constraint_players"), *jac, *hess)
-        given = [[str(name) for name in own or ()] for own in (names, constraint_names)]
-        for own, size, what in zip(given, (n, m), ("names", "constraint_names")):
-            if own and len(own) != size:
-                raise ValueError(f"{what} has {len(own)} entries, but there are {size}")
-        self._solver.set_names(*given)
+        self._solver.set_names(to_names(names, n, "names"), to_names(constraint_names, m, "constraint_names"))
         if pattern_only:
             self._solver.add_option("hessian_approximation", "finite-difference-values")
         self._solver.set_recorder(lambda: recording(n, m, *[getattr(functions, name + "_over", methods.get(name))
@@ -405,7 +393,7 @@ class Problem:
         return wrong
 
     def _returned(self, name: str, v: Vector) -> Vector:
-        return to_floats(self._methods[name](v.copy()), f"what {name} returned").ravel()
+        return returned(self._methods[name](v.copy()), name)
 
     def _row_slopes(self, v: Vector) -> Any:
         rows, cols = self._jacobian_places
@@ -416,11 +404,11 @@ class Problem:
 
     def gap(self, v: npt.ArrayLike) -> float:
         """The duality gap at v: the largest objective over the maximizer's variables less the least one
-        over the minimizer's, the other player's held at v, by two solves from there. The value of the
-        game lies between these two values. 0 (in practice 1e-6 of the range of f) proves a saddle point over
-        all variables of both players, perhaps one of several. ValueError says why there is none: a constraint that is not linear or reads variables
-        of both players, an objective that is not convex in the minimizer's variables and concave in
-        the maximizer's, as far as second derivatives show, a solve that failed."""
+        over the minimizer's, the other player's held at v, by two solves from there. The value of the game lies between
+        these two values. 0 (in practice 1e-6 of the range of f) proves a saddle point over all variables of both
+        players, perhaps one of several. ValueError says why there is none: a constraint that is not linear or reads
+        variables of both players, an objective that is not convex in the minimizer's variables and concave in the
+        maximizer's, as far as second derivatives show, a solve that failed."""
         with self._alone() as core:
             most, least = core.gap(to_floats(v, "v").ravel())
             return float(most - least)

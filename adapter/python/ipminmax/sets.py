@@ -10,6 +10,7 @@ units of y are. `a & b` is the intersection, `a * b` the product: y is that of a
 """
 
 import itertools
+import math
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -222,9 +223,8 @@ class UncertaintySet:
         if not len(self.matrix) and self.k <= 12 and np.all(np.isfinite(np.r_[self.lower, self.upper])):
             return np.array([*itertools.product(*zip(self.lower, self.upper))]).reshape(2**self.k, self.k)
         free = np.setdiff1d(np.flatnonzero(np.isfinite(np.r_[low, up])), [*equal, *(equal + low.size)])
-        need, count = self.k - equal.size, 1
-        for i in range(need):
-            count = count * (free.size - i) // (i + 1)
+        need = max(self.k - equal.size, 0)
+        count = math.comb(free.size, need)
         if count > _MOST_BASES:
             return None
         chosen = np.array(list(itertools.combinations(free, need)), dtype=int).reshape(count, need)
