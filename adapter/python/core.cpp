@@ -217,12 +217,10 @@ constexpr std::array kNames = {"objective", "gradient",        "constraints",   
 
 /// Places of the entries of a matrix.
 struct Places {
-  std::vector<int> rows, cols;
-  Places(const IntArray& r, const IntArray& c)
-      : rows(r.data(), r.data() + r.size()), cols(c.data(), c.data() + c.size()) {}
+  IntArray rows, cols;
   int copy(int* to_rows, int* to_cols) const {
-    std::ranges::copy(rows, to_rows);
-    std::ranges::copy(cols, to_cols);
+    std::copy_n(rows.data(), rows.size(), to_rows);
+    std::copy_n(cols.data(), cols.size(), to_cols);
     return 1;
   }
 };
@@ -235,23 +233,23 @@ class Problem {
           const IntArray& hess_rows, const IntArray& hess_cols)
       : n_(n),
         m_(m),
-        jacobian_(jac_rows, jac_cols),
-        hessian_(hess_rows, hess_cols),
+        jacobian_{jac_rows, jac_cols},
+        hessian_{hess_rows, hess_cols},
         console_(new PythonConsole("console", Ipopt::J_ITERSUMMARY)) {
     for (std::size_t k = 0; k < kNames.size(); ++k)
       functions_[k] = functions.contains(kNames[k]) ? py::object(functions[kNames[k]]) : py::none();
-    problem_ = IpminmaxCreate(n, x_l.data(), x_u.data(), m, g_l.data(), g_u.data(),
-                              static_cast<int>(jacobian_.rows.size()),
-                              static_cast<int>(hessian_.rows.size()), IPMINMAX_C_STYLE, eval_f,
-                              eval_g, eval_grad_f, eval_jac_g,
-                              functions.contains("hessian") ? eval_h : nullptr,
-                              players.data(), owners ? owners->data() : nullptr);
+    problem_ =
+        IpminmaxCreate(n, x_l.data(), x_u.data(), m, g_l.data(), g_u.data(),
+                       static_cast<int>(jacobian_.rows.size()),
+                       static_cast<int>(hessian_.rows.size()), IPMINMAX_C_STYLE, eval_f, eval_g,
+                       eval_grad_f, eval_jac_g, functions.contains("hessian") ? eval_h : nullptr,
+                       players.data(), owners ? owners->data() : nullptr);
     if (problem_ == nullptr) throw py::value_error(IpminmaxMessage(nullptr));
     IpminmaxSetIntermediateCallback(problem_, intermediate);
     if (has(kRows) && has(kJacobianRows)) {
       row_entries_.resize(size(m));
-      for (std::size_t k = 0; k < jacobian_.rows.size(); ++k)
-        row_entries_[size(jacobian_.rows[k])].push_back(static_cast<int>(k));
+      for (int k = 0; k < jacobian_.rows.size(); ++k)
+        row_entries_[size(jacobian_.rows.data()[k])].push_back(k);
       IpminmaxSetRowsCallback(problem_, eval_rows);
     }
     const auto journalist = problem_->application->Jnlst();
@@ -270,8 +268,6 @@ class Problem {
   }
 
   [[nodiscard]] bool solving() const { return problem_->solving; }
-  [[nodiscard]] int variables() const { return n_; }
-  [[nodiscard]] int constraints() const { return m_; }
 
   /// For the garbage collector: functions of the model that hold this problem make a cycle.
   template <class Visit>
@@ -332,7 +328,7 @@ class Problem {
   /// interrupted: by Ctrl-C before it began.
   py::dict solve(const Array& x0, const Array& lambda0, const Array& z_l0, const Array& z_u0,
                  bool again, bool interrupted) {
-    Iterate at(*this);
+    Iterate at = zero();
     start(x0, "x", at.x);
     at.f = std::numeric_limits<double>::quiet_NaN();
     if (!again) {
@@ -345,9 +341,9 @@ class Problem {
     int status = IPMINMAX_INTERNAL_ERROR;
     {
       const Unlocked unlocked;
-      status = (again ? IpminmaxSolveAgain : IpminmaxSolve)(
-          problem_, at.x.data(), at.g.data(), &at.f, at.lambda.data(), at.z_l.data(), at.z_u.data(),
-          this);
+      status = (again ? IpminmaxSolveAgain : IpminmaxSolve)(problem_, at.x.data(), at.g.data(),
+                                                            &at.f, at.lambda.data(), at.z_l.data(),
+                                                            at.z_u.data(), this);
     }
     rethrow();
     std::string name = IpminmaxStatusName(problem_), message = IpminmaxMessage(problem_);
@@ -394,7 +390,7 @@ class Problem {
 
   /// None outside the intermediate callback.
   py::object current_iterate() {
-    Iterate at(*this);
+    Iterate at = zero();
     const int found = IpminmaxGetCurrentIterate(problem_, n_, at.x.data(), at.z_l.data(),
                                                 at.z_u.data(), m_, at.g.data(), at.lambda.data());
     rethrow();
@@ -435,20 +431,17 @@ class Problem {
  private:
   /// Numbers of a point, or derivatives of one.
   struct Iterate {
-    explicit Iterate(const Problem& of)
-        : x(sized(of.n_)),
-          g(sized(of.m_)),
-          lambda(sized(of.m_)),
-          z_l(sized(of.n_)),
-          z_u(sized(of.n_)) {}
     std::vector<double> x, g, lambda, z_l, z_u;
     double f = 0.0;
   };
+  [[nodiscard]] Iterate zero() const {
+    return {sized(n_), sized(m_), sized(m_), sized(n_), sized(n_)};
+  }
 
   /// What the C interface finds by these arguments.
   template <bool is_prediction, class Find, class... By>
   py::dict found_by(Find find, By... by) {
-    Iterate out(*this);
+    Iterate out = zero();
     double last = 0.0;
     require_sensitivity(find(problem_, by..., out.x.data(), out.lambda.data(), out.z_l.data(),
                              out.z_u.data(), &out.f, &last));
@@ -749,8 +742,6 @@ PYBIND11_MODULE(_core, module) {
       .def(py::init<int, int, py::dict, const Array&, const Array&, const Array&, const Array&,
                     const IntArray&, const std::optional<IntArray>&, const IntArray&,
                     const IntArray&, const IntArray&, const IntArray&>())
-      .def_property_readonly("n", &Problem::variables)
-      .def_property_readonly("m", &Problem::constraints)
       .def_property_readonly("solving", &Problem::solving)
       .def("add_option", &Problem::add_option)
       .def("set_scaling", &Problem::set_scaling)

@@ -1,6 +1,6 @@
 // Functions written with NumPy's operations, recorded once: they are called with an array of
 // Formula objects, and what they compute is evaluated, differentiated and bounded over boxes
-// without Python from then on. What cannot be recorded raises TypeError: branches on values, float().
+// without Python from then on. Branches on values and float() cannot be recorded: TypeError.
 #include "formulas.hpp"
 
 #include <pybind11/numpy.h>
@@ -410,13 +410,10 @@ struct Functions {
     return recording->objective(v);
   }
   template <class T>
-    requires by_rows
-  T constraint(std::size_t j, std::span<const T> v) const {
-    return recording->row(j, v);
-  }
+  requires by_rows T constraint(std::size_t j, std::span<const T> v)
+  const { return recording->row(j, v); }
   template <class T>
-    requires(!by_rows)
-  void constraints(std::span<const T> v, std::span<T> g) const {
+  requires(!by_rows) void constraints(std::span<const T> v, std::span<T> g) const {
     recording->all_rows(v, g);
   }
 };
@@ -443,9 +440,6 @@ class Formulas {
       make<Functions<false>>(std::move(data));
     else
       make<Functions<true>>(std::move(data));
-    row_begin_.assign(m + 1, 0);
-    for (const Triplet& entry : structure().jacobian) ++row_begin_[at(entry.row) + 1];
-    for (std::size_t j = 0; j < m; ++j) row_begin_[j + 1] += row_begin_[j];
   }
 
   bool update(const Recording& again) {
@@ -487,9 +481,11 @@ class Formulas {
     values_.resize(structure().jacobian.size());
     (void)problem_->jacobian_rows(indices(rows), read(v), true, values_);
     std::vector<double> found;
-    for (const int row : indices(rows))
-      found.insert(found.end(), values_.data() + row_begin_[at(row)],
-                   values_.data() + row_begin_[at(row) + 1]);
+    for (const int row : indices(rows)) {
+      const auto own = std::ranges::equal_range(structure().jacobian, row, {}, &Triplet::row);
+      for (const Triplet& entry : own)
+        found.push_back(values_[&entry - structure().jacobian.data()]);
+    }
     return filled(found.size(), [&](auto out) { std::ranges::copy(found, out.begin()); });
   }
   [[nodiscard]] py::tuple jacobian_structure() const { return split(structure().jacobian); }
@@ -535,8 +531,7 @@ class Formulas {
 
   std::shared_ptr<Recording> recording_;
   std::unique_ptr<Problem> problem_;
-  std::function<void()> forget_;        ///< what was computed with other numbers
-  std::vector<std::size_t> row_begin_;  ///< of each row in the Jacobian
+  std::function<void()> forget_;  ///< what was computed with other numbers
   std::vector<double> values_;
 };
 

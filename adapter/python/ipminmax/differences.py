@@ -33,7 +33,7 @@ class LimitReached(BaseException):
 
 
 class DerivativeWarning(UserWarning):
-    """Warns that a given derivative is wrong, that complex steps turned out to be wrong, or that a given Hessian is not used."""
+    """Warns that a given derivative or complex steps are wrong, or that a given Hessian is not used."""
 
 
 def _values(function: Function, v: Vector) -> Optional[Vector]:
@@ -124,7 +124,7 @@ def _slope(function: Function, v: Vector, direction: Vector, step: float) -> Opt
         return None
     size = np.maximum(np.abs(here), np.maximum(np.abs(near), np.abs(far)))
     curvature = np.abs(far - 2.0 * near + here) / step**2
-    error = 20.0 * np.finfo(float).eps * size / step + step * curvature * 1e-2
+    error = 20.0 * _EPSILON * size / step + step * curvature * 1e-2
     return (4.0 * near - 3.0 * here - far) / (2.0 * step), error
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
 from .pattern import Pattern, entries, is_sparse, joined, lower_triangle
-from .problem import MAX, MIN, Problem, refuse, refute, returned, to_floats, to_function, to_names
+from .problem import MAX, MIN, Problem, refute, returned, to_array, to_floats, to_function, to_names
 from .recorded import Recorded, recorded
 from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase
@@ -56,13 +56,15 @@ def _number(value: Any, name: str) -> float:
 class _Game:
     """The functions of Problem from functions of (x, y)."""
 
-    def __init__(self, fun: Any, v0: Vector, nx: int, args: Tuple[Any, ...], box: Box, clock: _Clock) -> None:
+    def __init__(self, fun: Any, v0: Vector, nx: int, args: Tuple[Any, ...], box: Box, clock: _Clock,
+                 given: Dict[str, List[str]]) -> None:
         self.fun, self.args, self.nx, self.n, self.box = to_function(fun, "fun"), args, nx, v0.size, box
         self.v0 = np.clip(v0, box.lower, box.upper)
-        self.names = [f"x[{j}]" for j in range(nx)] + [f"y[{j}]" for j in range(v0.size - nx)]
+        self.given_names = given
+        self.names = (given.get("x") or [f"x[{j}]" for j in range(nx)]) + (
+            given.get("y") or [f"y[{j}]" for j in range(v0.size - nx)])
         self.clock, self.nfev, self.notes = clock, 0, []  # type: _Clock, int, List[str]
         self.progress: Optional[Progress] = None
-        self.given_names: Dict[str, List[str]] = {}
         self._last: Tuple[Vector, Any] = (np.full(v0.size, np.nan), None)  # of jac=True
         self.rows: List[Row] = []
         self.places: List[Tuple[Row, int]] = []  #: of each value of g: its constraint, and which
@@ -110,13 +112,9 @@ class _Game:
         self.recorded = recorded(self, rows) if may_record and (jac is None or ours) else None
         if self.recorded is not None:
             return
-        if jac is True:
-            self.gradient = lambda v: self._gradient(self.gradient_of_pair(v))
-        elif given is not None:
-            self.gradient = lambda v: self._gradient(self._timed(given, v, *self.args))  # type: ignore[arg-type]
-        else:
-            slopes = self.differentiated("fun", self.value, method)
-            self.gradient = lambda v: slopes(v).ravel()
+        slopes = self.gradient_of_pair if jac is True else self.differentiated(
+            "fun", self.value, method) if given is None else (lambda v: self._timed(jac, v, *self.args))
+        self.gradient = lambda v: self._gradient(slopes(v))
         for row in rows:
             self.set_jacobian(row)
 
@@ -242,8 +240,8 @@ class _Game:
         return np.concatenate([row.owners for row in self.rows]) if self.rows else None
 
     def note_about_calls(self) -> List[str]:
-        return [f"{self.nfev} calls of {' and '.join(self.derivatives)} for differences and complex steps: jac would save "
-                "most of them"] if self.derivatives and self.nfev > _CALLS_TO_SAVE else []
+        return [f"{self.nfev} calls of {' and '.join(self.derivatives)} for differences and complex steps: jac would "
+                "save most of them"] if self.derivatives and self.nfev > _CALLS_TO_SAVE else []
 
     def note_about_owners(self) -> List[str]:
         """Returns a note if an inequality of both players is Max's by default and no constraint is robust."""
@@ -323,11 +321,8 @@ class _Game:
 
 
 def _start(values: Any, name: str) -> Vector:
-    array = np.atleast_1d(to_floats(values, name))
-    if array.ndim > 1:
-        raise ValueError(f"{name} has shape {array.shape}; it must be one row of numbers")
-    refuse(~np.isfinite(array), lambda at: f"{name}[{at}] is {array[at]}")
-    return array
+    array = to_floats(values, name)
+    return to_array(array, name, array.size)
 
 
 def read_names(*given: Tuple[Any, int]) -> Dict[str, List[str]]:
@@ -364,7 +359,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
         functions.intermediate = game.progress = Progress(
             getattr(functions, "intermediate", None), lambda: game.problem().get_current_iterate())
     names = [row.name if row.size == 1 else f"{row.name}[{k}]" for row, k in game.places]
-    problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower, game.box.upper,
+    problem = Problem(game.n, len(game.places), functions, game.box.lower, game.box.upper,
                       *map(np.concatenate, zip(*sides)), players=np.repeat([MIN, MAX], [game.nx, game.n - game.nx]),
                       constraint_players=game.owners(), names=game.names, constraint_names=names)
     game.problem = weakref.ref(problem)
@@ -389,8 +384,9 @@ def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
     """Of a solve that had no time to begin."""
     def late(*_: Any) -> Any:
         raise LimitReached
-    problem = Problem(game.n, sum(row.size for row in game.rows), types.SimpleNamespace(
-        objective=late, gradient=late, constraints=late, jacobian=late, jacobianstructure=lambda: ((), ())), players="min")
+    problem = Problem(game.n, len(game.places), types.SimpleNamespace(
+        objective=late, gradient=late, constraints=late, jacobian=late, jacobianstructure=lambda: ((), ())),
+        players="min")
     problem.check_derivatives = False
     problem.add_option("print_level", 0)
     problem.add_option("sb", "yes")
@@ -460,18 +456,17 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
     if higher and "worse" not in info["status_msg"]:
         message.append("another y is worse at this x" + (
             f": fun = {worst['value']:.9g} there" if worst["value"] is not None else ""))
-    statistics = info["statistics"]
+    message += game.notes + game.note_about_calls() + (game.note_about_owners() if problem else [])
     value = info["obj_val"] if game.recorded is None else np.nan  # of fun, not of its formula
     return MinmaxResult(x=v[:game.nx], y=v[game.nx:], fun=_value_at(game, v, value),
         success=info["status"] in (0, 1) and not higher, status=info["status"],
-        message="\n".join(message + game.notes + game.note_about_calls() + (game.note_about_owners() if problem else [])),
-        certificate=info["certificate"], worst_case=worst,
+        message="\n".join(message), certificate=info["certificate"], worst_case=worst,
         worst_cases=[WorstCase(*places.get(c["constraint"], (None, 0)), c["value"], c["multiplier"],
                                c["active"], *game.split(c["x"])) for c in info["worst_cases"]],
         proofs=[Proof(*places.get(p["constraint"], (None, 0)), *[p[key] for key in Proof._fields[2:]])
                 for p in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
-                for p in info["points"]], nit=statistics["iterations"], nfev=game.nfev,
+                for p in info["points"]], nit=info["statistics"]["iterations"], nfev=game.nfev,
         statements=info["statements"], multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],
         names={**game.given_names, "constraints": [row.name for row in game.rows]},
         derivatives="formulas" if game.recorded is not None else "; ".join(
@@ -557,9 +552,8 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
     given = read_names((names_x, start_x.size), (names_y, start_y.size))
 
     def new_game() -> _Game:
-        game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
-        game.given_names, game.anew = dict(given), lambda: new_problem(new_game(), records)
-        game.names = given.get("x", game.names[:game.nx]) + given.get("y", game.names[game.nx:])
+        game = _Game(fun, v0, start_x.size, args, box, _Clock(options), given)
+        game.anew = lambda: new_problem(new_game(), records)
         return game
 
     def new_problem(game: _Game, may_record: bool) -> Problem:

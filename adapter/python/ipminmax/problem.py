@@ -47,6 +47,12 @@ def to_function(function: Any, name: str) -> Callable[..., Any]:
     return checked
 
 
+def refuse(wrong: Any, message: Callable[[int], str]) -> None:
+    """Raises a ValueError with the message of the first index at which something is wrong."""
+    if np.any(wrong):
+        raise ValueError(message(int(np.argmax(wrong))))
+
+
 def to_array(values: Any, name: str, size: Any = None, finite: bool = True) -> Vector:
     """A row of numbers, of one number as many as size says; size (None, n): a matrix of n columns."""
     array = to_floats(values, name)
@@ -55,11 +61,10 @@ def to_array(values: Any, name: str, size: Any = None, finite: bool = True) -> V
             raise ValueError(f"{name} has shape {array.shape}; it must be a matrix"
                              + (f" of {size[1]} columns" if size[1] else ""))
     else:
-        array = np.full(size, array) if size is not None and array.size == 1 and array.ndim < 2 else np.atleast_1d(array)
+        array = np.full(size, array) if size is not None and array.shape in ((), (1,)) else np.atleast_1d(array)
         if array.ndim != 1 or array.size != (size or array.size) or array.size == 0 and size is None:
-            raise ValueError(f"{name} has shape {array.shape}, expected {size or 'one row of'} numbers")
-    if np.any(~np.isfinite(array) if finite else np.isnan(array)):
-        raise ValueError(f"{name} has an entry that is {'not finite' if finite else 'NaN'}")
+            raise ValueError(f"{name} has shape {array.shape}, expected one row of {size or ''} numbers")
+    refuse(~np.isfinite(array) if finite else np.isnan(array), lambda at: f"{name}[{at}] is {array.ravel()[at]}")
     return array
 
 
@@ -93,12 +98,6 @@ def to_names(names: Any, size: int, name: str) -> List[str]:
     if names is not None and len(found) != size:
         raise ValueError(f"{name} has {len(found)} entries, but there are {size}")
     return found
-
-
-def refuse(wrong: Any, message: Callable[[int], str]) -> None:
-    """Raises a ValueError with the message of the first index at which something is wrong."""
-    if np.any(wrong):
-        raise ValueError(message(int(np.argmax(wrong))))
 
 
 def to_players(players: Any, size: int, name: str) -> npt.NDArray[np.intc]:
@@ -423,7 +422,7 @@ class Problem:
 
     def sensitivity(self) -> Sensitivity:
         """Returns the Sensitivity of the last solution. Raises NoSensitivity, which says why, if there is none."""
-        return Sensitivity(self._core)
+        return Sensitivity(self._core, self.n, self.m)
 
     def close(self) -> None:
         """Frees the solver's memory; the problem cannot be used afterwards."""

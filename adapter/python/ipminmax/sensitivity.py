@@ -36,8 +36,8 @@ class Sensitivity:
     Results are dictionaries with x, mult_g, mult_x_L, mult_x_U, obj (the value, or its slope).
     """
 
-    def __init__(self, core: "_core.Problem") -> None:
-        self._core = core
+    def __init__(self, core: "_core.Problem", n: int, m: int) -> None:
+        self._core, self._n, self._m = core, n, m
         core.update_sensitivity()
 
     def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
@@ -63,17 +63,17 @@ class Sensitivity:
     def dv_dp(self, constraints: Sequence[int] = (), variables: Sequence[int] = ()) -> _Vector:
         """Returns the derivatives of x (n) with respect to the constants of the given equality
         constraints, then to the values of the given fixed variables: an array with one column each."""
-        moved = [self.derivative(cl=unit, cu=unit) for unit in _units(constraints, self._core.m, "constraints")]
-        moved += [self.derivative(lb=unit, ub=unit) for unit in _units(variables, self._core.n, "variables")]
+        moved = [self.derivative(cl=unit, cu=unit) for unit in _units(constraints, self._m, "constraints")]
+        moved += [self.derivative(lb=unit, ub=unit) for unit in _units(variables, self._n, "variables")]
         return self._columns(moved)
 
     def dy_dx(self, min_variables: Sequence[int]) -> _Vector:
         """Returns the derivatives of all variables with respect to the given ones of Min, with Max
         reacting: an array with one column each."""
-        return self._columns(map(self.reaction, _units(min_variables, self._core.n, "min_variables")))
+        return self._columns(map(self.reaction, _units(min_variables, self._n, "min_variables")))
 
     def _columns(self, moved: Iterable[Dict[str, Any]]) -> _Vector:
-        return np.array([found["x"] for found in moved]).reshape(-1, self._core.n).T
+        return np.array([found["x"] for found in moved]).reshape(-1, self._n).T
 
     @staticmethod
     def _named(result: Dict[str, Any]) -> Dict[str, Any]:

@@ -16,7 +16,7 @@ from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from .constraints import Constraint, LinearConstraint
-from .differences import Vector
+from .differences import _EPSILON, Vector
 from .minimize import minimize_minmax
 from .problem import refuse, to_amount, to_array, to_floats, to_function
 
@@ -177,7 +177,7 @@ class UncertaintySet:
     def _has(self, y: Vector, tol: float) -> bool:
         u = self.factors(y)
         gap = np.abs(self.origins[0] + self.loadings @ u - y)
-        room = tol * np.abs(self.loadings) @ self.width + 8.0 * np.finfo(float).eps * (np.abs(y) + np.abs(self.origins[0]))
+        room = tol * np.abs(self.loadings) @ self.width + 8.0 * _EPSILON * (np.abs(y) + np.abs(self.origins[0]))
         return bool(np.all(gap <= room)) and self.violation(u) <= np.max(
             room / self.sizes, where=np.any(self.loadings, axis=1), initial=tol)
 
@@ -545,7 +545,7 @@ class Discrete(UncertaintySet):
         super().__init__(points, np.zeros((points.shape[1], 0)), none, none, none)
 
     def _has(self, y: Vector, tol: float) -> bool:
-        size = tol * np.ptp(self.origins, axis=0) + 8.0 * np.finfo(float).eps * np.abs(y)
+        size = tol * np.ptp(self.origins, axis=0) + 8.0 * _EPSILON * np.abs(y)
         return bool(np.any(np.all(np.abs(self.origins - y) <= size, axis=1)))
 
 

@@ -481,7 +481,8 @@ def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector
         if f.value(model.start, model.w0, 0).size != model.s0.size:
             raise ValueError(f"equations of Recourse has {f.value(model.start, model.w0, 0).size} values, but there "
                              f"are {model.s0.size} states")
-        model.stack(f, np.zeros(model.s0.size), np.zeros(model.s0.size), model.scenarios, "max", "equations of Recourse")
+        zero = np.zeros(model.s0.size)
+        model.stack(f, zero, zero, model.scenarios, "max", "equations of Recourse")
     return limits
 
 
@@ -492,17 +493,17 @@ def _add_objective(model: _Model, f: _Function) -> Tuple[_Function, bool]:
     if not degree or len(model.scenarios) == 1 and not (model.exact and degree == 1):
         model.reads_y = model.reads_y or degree > 0
         return f, False
-    t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]),
-                     np.full(1, -np.inf))
-    model.add(None, "", _Function(lambda X, W, k: f.value(X, W, k) - X[t],
-        f.jac and (lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), np.full(1, -np.inf), np.zeros(1))
+    none = np.full(1, -np.inf)
+    t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]), none)
+    model.add(None, "", _Function(lambda X, W, k: f.value(X, W, k) - X[t], f.jac and (
+        lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), none, np.zeros(1))
     return _Function(lambda X, W, k: X[t:t + 1], lambda X, W, k: np.eye(1, X.size + W.size, t),
                      lambda X, W, k, w: np.zeros((X.size + W.size,) * 2)), True
 
 
 def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: Any, hess: Any, bounds_x: Any,
-                      constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool,
-                      given: Any, recourse: Optional[Recourse], exact: bool, names_x: Any, names_y: Any) -> RobustResult:
+                      constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool, given: Any,
+                      recourse: Optional[Recourse], exact: bool, names_x: Any, names_y: Any) -> RobustResult:
     """minimize_minmax with uncertainty=given."""
     if not isinstance(given, UncertaintySet):
         raise TypeError(f"uncertainty is {given!r:.60}; it must be a set of ipminmax.sets")
@@ -583,7 +584,7 @@ def _worst_cases(model: _Model, inner: MinmaxResult) -> List[WorstCase]:
     return cases
 
 
-def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str, List[str]], data: Any) -> RobustResult:
+def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Any, data: Any) -> RobustResult:
     given, X, searched, cases = model.given, inner.x, model.w0.size > 0, _worst_cases(model, inner)
     value = inner.fun - float(model.price(X))
     if through_t:  # of the row of fun its value, not that less t
@@ -605,8 +606,8 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str
     wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) and not inner.info["interrupted"] else ""
     if wrong:
         values.update(success=False, message=wrong, certificate=Certificate(reasons=[wrong]))
-    values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
-        points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
+    values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements,
+        names=names, points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
     return RobustResult(**values, policy=model.policy, uncertainty=given, data=data,
                         states=inner.y[given.k:given.k + model.s0.size] if model.s0.size else None)
