@@ -16,16 +16,14 @@ def _named(values: Any, names: Any) -> str:
 
 
 def printed(result: Any) -> str:
-    """Returns the text of print(result): value, kind, worst cases and active robust rows, what was searched, effort."""
+    """Returns the text of a result: value, kind, worst cases and active robust rows, what was searched, effort."""
     certificate = result.certificate
-    reasons = certificate.reasons.splitlines() if isinstance(certificate.reasons, str) else certificate.reasons
     proved = [p for p in result.proofs if p.complete]
-    kind = "local minmax, certified" if certificate.is_local_minmax else (
-        str(certificate.kind).lower().replace("_", " ") + ", not certified")
+    kind = f"{certificate.kind}, {'' if certificate.is_local_minmax else 'not '}certified"
     words = ["local in x and y" if not proved else f"proved over all y: {len(proved)} of {len(result.proofs)} bounds"]
     words += ["that there is one nearby is proved"] * certificate.proved
     advice = [line for line in result.statements[0].splitlines()[1:] if line not in result.message]
-    lines = [("value", f"{result.fun:.9g}"), ("kind", f"{kind} ({'; '.join(words)})"),
+    lines = [("value", f"{result.fun:.9g}"), ("success", result.success), ("kind", f"{kind} ({'; '.join(words)})"),
              ("why it ended", "\n".join([result.message] + advice))]
     with np.printoptions(precision=6, threshold=10, edgeitems=3, linewidth=1000):
         names = result.names
@@ -41,7 +39,7 @@ def printed(result: Any) -> str:
                       for c in cases[:5]]
             lines += [(name, f"... and {len(cases) - 5} more")] * (len(cases) > 5)
     lines += list(zip(("over y", "over x"), result.statements[2:]))
-    lines += [("reason", reason) for reason in reasons[:3]]
+    lines += [("reason", reason) for reason in certificate.reasons[:3]]
     seconds = result.info.get("statistics", {}).get("seconds", 0.0)
     lines.append(("effort", f"{result.nit} iterations, {result.nfev} calls of functions, {seconds:.2f} s"))
     width = max(len(name) for name, _ in lines)
@@ -69,11 +67,6 @@ class Progress:
     def __init__(self, intermediate: Any, iterate: Any) -> None:
         self._intermediate, self._iterate = intermediate, iterate
         self._rounds, self._searches, self._best, self._text, self._last = 0, 0, np.inf, "", -np.inf
-        try:
-            import tqdm
-            self._bar: Any = tqdm.tqdm(bar_format="{desc} [{elapsed}]", file=sys.stderr)
-        except ImportError:
-            self._bar = None
 
     def __call__(self, mode: Any, iteration: int, value: float, violation: float, *more: Any) -> Any:
         over_x = self._iterate() is not None  # None: a maximization over y at a held x
@@ -90,13 +83,8 @@ class Progress:
         return True if self._intermediate is None else self._intermediate(mode, iteration, value, violation, *more)
 
     def _show(self, end: str) -> None:
-        if self._bar is None:
-            print(f"{self._text:<100}", end=end, file=sys.stderr, flush=True)
-        else:
-            self._bar.set_description_str(self._text)
+        print(f"{self._text:<100}", end=end, file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Shows the last iterate; what is printed next has a line of its own."""
         self._show("\n")
-        if self._bar is not None:
-            self._bar.close()
