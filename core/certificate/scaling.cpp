@@ -85,23 +85,28 @@ struct Scaler {
   /// Variables without curvature, from the constraints that tie them to others, but no less than
   /// their own size: a short one comes from an entry that vanishes.
   void spread_by_constraints() {
-    Vector& columns = arrays.columns;
+    Vector &columns = arrays.columns, &rows = arrays.rows;
+    auto& open = arrays.open;  // entries of variables without a length
+    open.clear();
+    set_row_norms();
+    for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
+      if (d[col] == kUnknown) open.push_back({row, col, std::abs(value)});
+    });
     bool found = true;
     constexpr int kRounds = 16;
-    for (int round = 0; found && (d.array() == kUnknown).any() && round < kRounds; ++round) {
-      set_row_norms();
+    for (int round = 0; found && round < kRounds; ++round) {
       columns.setZero(d.size());
-      for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
-        if (d[col] == kUnknown && arrays.rows[row] > 0.0)
-          columns[col] = std::max(columns[col], std::abs(value) / arrays.rows[row]);
-      });
-      found = false;
-      for (const Index i : indices(d)) {
-        const double length = inverse(columns[i]);
-        if (length == kUnknown) continue;
-        d[i] = std::max(length, arrays.size[i]);
-        found = true;
+      for (const auto& [row, col, entry] : open) {
+        if (rows[row] > 0.0) columns[col] = std::max(columns[col], entry / rows[row]);
       }
+      found = std::erase_if(open, [&](const auto& one) {
+                const auto [row, col, entry] = one;
+                const double length = inverse(columns[col]);
+                if (length == kUnknown) return false;
+                d[col] = std::max(length, arrays.size[col]);
+                rows[row] = std::max(rows[row], entry * d[col]);
+                return true;
+              }) > 0;
     }
     for (double& value : d) {
       if (value == kUnknown) value = 1.0;

@@ -30,6 +30,11 @@ struct ScalingArrays {
     Index variable = -1;  ///< of the largest
   };
   std::vector<Terms> terms;  ///< of equations
+  struct Entry {
+    Index row, col;
+    double size;
+  };
+  std::vector<Entry> open;  ///< of the Jacobian
 };
 
 /// Computes the scaling: first from diagonal entries, then for rows without one from their
