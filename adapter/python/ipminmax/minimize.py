@@ -68,7 +68,7 @@ class _Game:
         self._last: Tuple[Vector, Any] = (np.full(v0.size, np.nan), None)  # of jac=True
         self.rows: List[Row] = []
         self.places: List[Tuple[Row, int]] = []  #: of each value of g: its constraint, and which
-        self.gradient: Callable[[Vector], Any]
+        self.slopes: Callable[[Vector], Any]
         self.derivatives: Dict[str, Derivative] = {}  #: of functions that come without
         self.recorded: Optional[Recorded] = None
         self.not_recorded = ""  #: a function that was another one at the answer
@@ -112,9 +112,8 @@ class _Game:
         self.recorded = recorded(self, rows) if may_record and (jac is None or ours) else None
         if self.recorded is not None:
             return
-        slopes = self.gradient_of_pair if jac is True else self.differentiated(
+        self.slopes = self.gradient_of_pair if jac is True else self.differentiated(
             "fun", self.value, method) if given is None else (lambda v: self._timed(jac, v, *self.args))
-        self.gradient = lambda v: self._gradient(slopes(v))
         for row in rows:
             self.set_jacobian(row)
 
@@ -157,8 +156,8 @@ class _Game:
         self.clock.check()
         return function(*self.split(v), *more)
 
-    def _gradient(self, found: Any) -> Vector:
-        gradient = returned(self._whole(found, "jac", 1), "jac")
+    def gradient(self, v: Vector) -> Vector:
+        gradient = returned(self._whole(self.slopes(v), "jac", 1), "jac")
         if gradient.size != self.n:
             raise ValueError(f"jac returned {gradient.size} numbers, but x and y have {self.n}")
         return gradient

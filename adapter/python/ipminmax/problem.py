@@ -79,7 +79,7 @@ def returned(values: Any, name: str) -> Vector:
     """What a function returned as a row of numbers; errors name the function."""
     if values is None:
         raise TypeError(f"{name} returned None")
-    return np.ravel(to_floats(values, f"what {name} returned"))
+    return to_floats(values, f"what {name} returned").ravel()
 
 
 def to_count(value: Any, name: str) -> int:
@@ -225,7 +225,7 @@ class Problem:
         jac = jac or np.divmod(np.arange(n * m), max(n, 1))
         hess = _structure(functions, "hessianstructure", n, n)
         pattern_only = hess is not None and "hessian" not in methods
-        hess = hess or np.tril_indices(n if "hessian" in methods else 0)
+        hess = hess or (np.tril_indices(n) if "hessian" in methods else ((), ()))
         if players is None:
             if n > 0:
                 warnings.warn("players is None: all variables are the minimizer's, this is a plain "
