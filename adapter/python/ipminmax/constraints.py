@@ -144,8 +144,7 @@ def read_constraint(given: Any, name: str, nx: int, ny: int) -> Row:
 
 
 def read_bounds(bounds: Any, size: int, name: str) -> Tuple[Vector, Vector]:
-    """Lower and upper bounds from None, one pair for all, one pair (or None) per variable, or
-    scipy.optimize.Bounds."""
+    """Bounds from None, one pair for all, one pair (or None) per variable, or scipy.optimize.Bounds."""
     if bounds is None:
         return np.full(size, -np.inf), np.full(size, np.inf)
     if hasattr(bounds, "lb") and hasattr(bounds, "ub"):

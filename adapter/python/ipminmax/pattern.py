@@ -35,9 +35,8 @@ def joined(parts: Iterable[Any], names: Iterable[str], columns: Sequence[int], r
 
 
 class Pattern:
-    """Values of an array or scipy.sparse matrix in the order of a pattern: the places that a sparse
-    matrix stores, or at which an array is nonzero, at the start or at one of a few points around it.
-    A later nonzero elsewhere is an error, not a lost entry."""
+    """Values of an array or scipy.sparse matrix in the order of a pattern: the places that a sparse matrix stores, or
+    where an array is nonzero at the start or a few points around it. A later nonzero elsewhere is an error."""
 
     def __init__(self, function: Matrix, v0: Vector, box: Box, shape: Tuple[int, int], name: str) -> None:
         self.shape, self.name = shape, name
