@@ -1,6 +1,6 @@
 // Functions written with NumPy's operations, recorded once: they are called with an array of
 // Formula objects, and what they compute is evaluated, differentiated and bounded over boxes
-// without Python from then on. Branches on values and float() cannot be recorded: TypeError.
+// without Python from then on. What cannot be recorded raises TypeError: branches on values, float().
 #include "formulas.hpp"
 
 #include <pybind11/numpy.h>
@@ -16,7 +16,6 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -216,10 +215,14 @@ class Recording {
 
   /// Throws if there are kinks, or second derivatives cost more than calls do.
   void require_derivatives(bool by_rows) const {
-    double products = 0.0;
-    for (std::size_t j = 0; j <= rows(); ++j)
-      if (by_rows || j == rows()) count_products(needed_[j], products);
-    if (!by_rows) count_products(needed_.back(), products);
+    ProductCount count{std::vector<bool>(graph_->operations.size()),
+                       std::vector<std::vector<Index>>(graph_->operations.size())};
+    if (by_rows) {
+      for (std::size_t j = 0; j < rows(); ++j) count_products(needed_[j], count);
+    } else {
+      count_products(needed_.back(), count);
+    }
+    count_products(needed_[rows()], count);
   }
 
   template <class T>
@@ -244,34 +247,44 @@ class Recording {
     return graph_->operations[static_cast<std::size_t>(k)];
   }
 
+  /// wanted, reads: of each operation, empty between sets.
+  struct ProductCount {
+    std::vector<bool> wanted;
+    std::vector<std::vector<Index>> reads;
+    double products = 0.0;
+  };
   /// Of all operations with second derivatives |da| |db|, and what the sparse gradients of their
   /// operands take.
-  void count_products(const std::vector<Index>& set, double& products) const {
+  void count_products(const std::vector<Index>& set, ProductCount& count) const {
+    auto& [wanted, reads, products] = count;
+    const auto want = [&](Index node) {
+      if (node >= graph_->inputs) wanted[at(node)] = true;
+    };
     const auto is_linear = [](Kind kind) { return kind == Kind::Add || kind == Kind::Subtract; };
-    std::unordered_map<Index, std::vector<Index>> reads;  // of operands: inputs in their gradients
     for (const Index k : std::views::reverse(set)) {
-      const auto& [kind, is_total, a, b, value] = operation(k);
-      if (kind == Kind::Abs) throw py::type_error("abs has a kink");
-      if (is_linear(kind) && !reads.contains(k)) continue;
-      for (const Index node : {a, b})
-        if (node >= graph_->inputs) reads[node - graph_->inputs];
+      if (operation(k).kind == Kind::Abs) throw py::type_error("abs has a kink");
+      if (is_linear(operation(k).kind) && !wanted[static_cast<std::size_t>(k)]) continue;
+      want(operation(k).a);
+      want(operation(k).b);
     }
     const auto of = [&](Index node) {
       if (node < 0) return std::vector<Index>{};
-      return node < graph_->inputs ? std::vector{node} : reads.at(node - graph_->inputs);
+      return node < graph_->inputs ? std::vector{node} : reads[at(node)];
     };
     for (const Index k : set) {
       const auto& [kind, is_total, a, b, value] = operation(k);
-      const auto own = reads.find(k);
-      if (is_linear(kind) && own == reads.end()) continue;
+      if (is_linear(kind) && !wanted[static_cast<std::size_t>(k)]) continue;
       const std::vector<Index> of_a = of(a), of_b = of(b);
       if (!is_linear(kind))
         products += static_cast<double>(of_a.size()) * static_cast<double>(of_b.size());
-      if (own != reads.end()) {
-        std::ranges::set_union(of_a, of_b, std::back_inserter(own->second));
-        products += static_cast<double>(own->second.size());
-      }
+      if (wanted[static_cast<std::size_t>(k)])
+        std::ranges::set_union(of_a, of_b, std::back_inserter(reads[static_cast<std::size_t>(k)]));
+      products += static_cast<double>(reads[static_cast<std::size_t>(k)].size());
       if (products > kMostProducts) throw py::type_error("second derivatives cost too much");
+    }
+    for (const Index k : set) {
+      wanted[static_cast<std::size_t>(k)] = false;
+      reads[static_cast<std::size_t>(k)].clear();
     }
   }
 
@@ -282,9 +295,11 @@ class Recording {
     const auto is_sum = [](const Operation& one) {
       return one.kind == Kind::Add && one.a >= 0 && one.b >= 0;
     };
-    std::vector<Index> uses(given.size());  // twice those that are no sum's
+    std::vector<Index> uses(given.size()), of_sums(given.size());
     const auto use = [&](Index node, bool by_sum) {
-      if (node >= graph_->inputs) uses[at(node)] += by_sum ? 1 : 2;
+      if (node < graph_->inputs) return;
+      ++uses[at(node)];
+      of_sums[at(node)] += by_sum ? 1 : 0;
     };
     for (const Operation& operation : given) {
       use(operation.a, is_sum(operation));
@@ -292,7 +307,8 @@ class Recording {
     }
     for (const Index output : outputs_) use(output, false);
     const auto is_part = [&](Index node) {
-      return node >= graph_->inputs && is_sum(given[at(node)]) && uses[at(node)] == 1;
+      return node >= graph_->inputs && is_sum(given[at(node)]) && uses[at(node)] == 1 &&
+             of_sums[at(node)] == 1;
     };
     std::vector<Index> places(given.size());
     const auto place = [&](Index node) { return node < graph_->inputs ? node : places[at(node)]; };
@@ -393,27 +409,28 @@ class Recording {
 
 namespace {
 
-struct Objective {
+/// Each constraint is evaluated by itself.
+struct ByRows {
   std::shared_ptr<Recording> recording;
   template <class T>
   T objective(std::span<const T> v) const {
     return recording->objective(v);
+  }
+  template <class T>
+  T constraint(std::size_t j, std::span<const T> v) const {
+    return recording->row(j, v);
   }
 };
 
-/// Constraints are evaluated each by itself, or together.
-template <bool by_rows>
-struct Functions {
+/// Constraints are evaluated together.
+struct Together {
   std::shared_ptr<Recording> recording;
   template <class T>
   T objective(std::span<const T> v) const {
     return recording->objective(v);
   }
   template <class T>
-  requires by_rows T constraint(std::size_t j, std::span<const T> v)
-  const { return recording->row(j, v); }
-  template <class T>
-  requires(!by_rows) void constraints(std::span<const T> v, std::span<T> g) const {
+  void constraints(std::span<const T> v, std::span<T> g) const {
     recording->all_rows(v, g);
   }
 };
@@ -437,9 +454,12 @@ class Formulas {
                    .constraint_lower = std::vector<double>(m),
                    .constraint_upper = std::vector<double>(m)};
     if (together)
-      make<Functions<false>>(std::move(data));
+      make<Together>(std::move(data));
     else
-      make<Functions<true>>(std::move(data));
+      make<ByRows>(std::move(data));
+    row_begin_.assign(m + 1, 0);
+    for (const Triplet& entry : structure().jacobian) ++row_begin_[at(entry.row) + 1];
+    for (std::size_t j = 0; j < m; ++j) row_begin_[j + 1] += row_begin_[j];
   }
 
   bool update(const Recording& again) {
@@ -481,11 +501,9 @@ class Formulas {
     values_.resize(structure().jacobian.size());
     (void)problem_->jacobian_rows(indices(rows), read(v), true, values_);
     std::vector<double> found;
-    for (const int row : indices(rows)) {
-      const auto own = std::ranges::equal_range(structure().jacobian, row, {}, &Triplet::row);
-      for (const Triplet& entry : own)
-        found.push_back(values_[&entry - structure().jacobian.data()]);
-    }
+    for (const int row : indices(rows))
+      found.insert(found.end(), values_.data() + row_begin_[at(row)],
+                   values_.data() + row_begin_[at(row) + 1]);
     return filled(found.size(), [&](auto out) { std::ranges::copy(found, out.begin()); });
   }
   [[nodiscard]] py::tuple jacobian_structure() const { return split(structure().jacobian); }
@@ -524,14 +542,15 @@ class Formulas {
   }
   template <class Model>
   void make(ModelData data) {
-    auto problem = std::make_unique<AutodiffProblem<Model>>(Model{{recording_}}, std::move(data));
+    auto problem = std::make_unique<AutodiffProblem<Model>>(Model{recording_}, std::move(data));
     forget_ = [of = problem.get()] { (void)of->functions(); };
     problem_ = std::move(problem);
   }
 
   std::shared_ptr<Recording> recording_;
   std::unique_ptr<Problem> problem_;
-  std::function<void()> forget_;  ///< what was computed with other numbers
+  std::function<void()> forget_;        ///< what was computed with other numbers
+  std::vector<std::size_t> row_begin_;  ///< of each row in the Jacobian
   std::vector<double> values_;
 };
 

@@ -88,8 +88,8 @@ class EverySet(unittest.TestCase):
                     u, x = given.start + 0.1 * given.width, np.zeros(2)
                     moved = [u + 1e-6 * s * e for e in np.eye(given.k) for s in (1.0, -1.0)]
                     value = np.array([row.fun(x, np.r_[v, 7.0]) for v in moved]).reshape(-1, 2)
-                    np.testing.assert_allclose(row.jac(x, np.r_[u, 7.0])[2:-1], value @ [5e5, -5e5], rtol=1e-6, atol=1e-6)
-                    slope = np.array([row.jac(x, np.r_[v, 7.0])[2:-1] for v in moved]).reshape(-1, 2, given.k)
+                    np.testing.assert_allclose(row.jac(x, np.r_[u, 7.0])[0, 2:-1], value @ [5e5, -5e5], rtol=1e-6, atol=1e-6)
+                    slope = np.array([row.jac(x, np.r_[v, 7.0])[0, 2:-1] for v in moved]).reshape(-1, 2, given.k)
                     np.testing.assert_allclose(row.hess(x, np.r_[u, 7.0], [2.0])[2:-1, 2:-1],
                                                1e6 * (slope[:, 0] - slope[:, 1]), rtol=1e-5, atol=1e-5)
 
@@ -173,7 +173,7 @@ class Mistakes(unittest.TestCase):
                 ("points", lambda: Discrete([])), ("points", lambda: Discrete([[np.inf]])),
                 ("points has rows", lambda: Discrete([[1.0, 2.0], [1.0]])), ("A has rows", lambda: Polyhedron([[1.0, 2.0], [3.0]], 1.0)),
                 ("moments", lambda: MomentBox([0.0, 1.0], 0.0, 1.0, lambda p: np.nan)),
-                ("eigenvalue, -1 with", lambda: Ellipsoid([0.0, 0.0], -np.eye(2))), (r"n\[0\] is nan", lambda: Simplex(None)),
+                ("eigenvalue, -1 with", lambda: Ellipsoid([0.0, 0.0], -np.eye(2))), ("n has", lambda: Simplex(None)),
                 ("q must be", lambda: KLBall([0.5, 0.6], 0.1)), ("q must be", lambda: ChiSquareBall([1.5, -0.5], 0.1)),
                 ("radius", lambda: KLBall([0.5, 0.5], 0.0)), ("lower", lambda: MomentBox([0.0, 1.0], 0.6, 0.4)),
                 ("empty", lambda: MomentBox([0.0, 1.0], 1.1, 1.2)),

@@ -65,16 +65,17 @@ class Recorded:
     def _both(self, v: Vector) -> Tuple[Vector, Vector]:
         """Values of the functions, NaN where they are undefined, and of the formulas."""
         own = np.r_[self.formulas.objective(v), self.formulas.constraints(v)]
-        parts = [_values(self._game.value, v)] + [
-            _values(lambda w, row=row: self._game.row_values(row, w), v) for row in self._rows]  # type: ignore[misc]
-        found = np.concatenate([np.full(size, np.nan) if part is None else part
-                                for part, size in zip(parts, [1] + [row.size for row in self._rows])])
+        parts, at = [_values(self._game.value, v)], [1]
+        for row in self._rows:
+            parts.append(_values(lambda w, row=row: self._game.row_values(row, w), v))
+            at.append(row.size)
+        found = np.concatenate([np.full(size, np.nan) if part is None else part for part, size in zip(parts, at)])
         if found.size != own.size:
             raise TypeError("a function returns other numbers of values")
         return found, own
 
     def _recording(self) -> Any:
-        return recording(self._game.n, len(self._game.places), self._game.value, self._game.constraints_over)
+        return recording(self._game.n, len(self._game.places), self._game.objective_over, self._game.constraints_over)
 
     def update(self) -> bool:
         """Reads the numbers in the functions anew. False: they now do other operations."""
@@ -97,21 +98,3 @@ def recorded(game: Any, rows: List[Any]) -> Optional[Recorded]:
         raise
     except Exception:  # what is wrong with a function is told where it is called with numbers
         return None
-
-
-def exact(function: Any, v0: Vector) -> Tuple[Any, Any]:
-    """Derivatives of a function of v that can be recorded: v -> values x variables, and (v, weights) -> the
-    Hessian of weights'values."""
-    formulas = _core.Formulas(v0, recording(v0.size, 1, lambda v: 0.0, function))
-    count, entries, (i, j) = formulas.constraints(v0).size, formulas.jacobianstructure(), formulas.hessianstructure()
-
-    def jac(v: Vector) -> Vector:
-        found = np.zeros((count, v.size))
-        found[entries] = formulas.jacobian(v)
-        return found
-
-    def hess(v: Vector, weights: Vector) -> Vector:
-        found = np.zeros((v.size, v.size))
-        found[i, j] = found[j, i] = formulas.hessian(v, weights, 0.0)
-        return found
-    return jac, hess

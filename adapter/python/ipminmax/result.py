@@ -1,7 +1,7 @@
 """What minimize_minmax returns."""
 
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class Point(NamedTuple):
 
 
 @dataclass(eq=False, repr=False)
-class MinmaxResult(Mapping[str, Any]):
+class MinmaxResult:
     """What minimize_minmax returns. Attributes are also keys, as in scipy's OptimizeResult: result.x
     is result["x"]. A result can be pickled; in the copy the attribute problem is None."""
 
@@ -87,26 +87,55 @@ class MinmaxResult(Mapping[str, Any]):
             return np.nan
 
     def __getitem__(self, key: str) -> Any:
-        if key not in list(self):
+        if key not in self.keys():
             raise KeyError(key)
         return getattr(self, key)
 
+    def keys(self) -> List[str]:
+        return [f.name for f in fields(self)]
+
     def __iter__(self) -> Iterator[str]:
-        return (f.name for f in fields(self))
+        return iter(self.keys())
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.keys()
 
     def __len__(self) -> int:
-        return len(fields(self))
+        return len(self.keys())
 
-    __eq__ = object.__eq__  # the same result, not equal arrays
-    __hash__ = object.__hash__
+    def get(self, key: str, default: Any = None) -> Any:
+        return self[key] if key in self else default
 
     def __getstate__(self) -> Dict[str, Any]:
         return {**self.__dict__, "problem": None}
 
-    __repr__ = __str__ = report.printed
-    worst_case_table = report.table
+    def __str__(self) -> str:
+        return report.printed(self)
+
+    def worst_case_table(self) -> Any:
+        """Returns the worst cases as a frame of pandas, without pandas as a list of dicts. Columns: "of" (a text),
+        "value", "multiplier", "active", and one for each entry of y: its name, or y[0], y[1] and so on."""
+        return report.table(self)
 
     def plot(self, axes: Any = None) -> Any:
         """Draws the worst cases (plot.draw_worst_cases)."""
         from .plot import draw_worst_cases
         return draw_worst_cases(self, axes)
+
+    def __repr__(self) -> str:
+        with np.printoptions(precision=6, threshold=10, edgeitems=3):
+            lines = {"kind": self.certificate.kind, "success": self.success, "message": self.message,
+                     "fun": self.fun, "x": self.x, "y": self.y, "nit": self.nit, "nfev": self.nfev}
+            # What the message does not say: the point over all of y, and over x.
+            for name, statement in zip(("over y", "over x"), self.statements[2:]):
+                if statement not in self.message:
+                    lines[name] = statement
+            reasons = [r for r in self.certificate.reasons if r not in self.message]
+            if reasons:
+                lines["reasons"] = "; ".join(reasons)
+            if self.worst_cases:
+                lines["worst_cases"] = len(self.worst_cases)
+            if self.points:
+                lines["points"] = len(self.points)
+            width = max(map(len, lines))
+            return "\n".join(f"{name:>{width}}: {value}" for name, value in lines.items())

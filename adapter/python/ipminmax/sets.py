@@ -10,15 +10,14 @@ units of y are. `a & b` is the intersection, `a * b` the product: y is that of a
 """
 
 import itertools
-import math
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from .constraints import Constraint, LinearConstraint
-from .differences import _EPSILON, Vector
+from .differences import Vector
 from .minimize import minimize_minmax
-from .problem import refuse, to_amount, to_array, to_floats, to_function
+from .problem import to_floats
 
 #: Largest violation, over the size of the set, at which a point counts as one of the set.
 _INSIDE = 1e-8
@@ -38,9 +37,9 @@ class _Squares:
         """Value, first and second derivative of h for each entry of v."""
         return v * v, 2.0 * v, 2.0 + 0.0 * v
 
-    def conjugate(self, v: Any) -> Any:
-        """phi(v): max w'v over h(v) <= level is the least t phi(w / t), t > 0."""
-        return 0.5 * (1.0 + v @ v)
+    def conjugate(self, v: Vector) -> Tuple[Any, Any, Any]:
+        """phi(v), its first and second derivatives: max w'v over h(v) <= level is the least t phi(w / t), t > 0."""
+        return 0.5 * (1.0 + v @ v), v, np.ones(v.size)
 
 
 class _Entropy:
@@ -54,9 +53,10 @@ class _Entropy:
         below, slope = v - at, np.log1p((at - self.q) / self.q)
         return (at * slope - (at - self.q) + below * (slope + 0.5 * below / at), slope + below / at, 1.0 / at)
 
-    def conjugate(self, v: Any) -> Any:
+    def conjugate(self, v: Vector) -> Tuple[Any, Any, Any]:
         with np.errstate(over="ignore", invalid="ignore"):  # a step that is cut
-            return self.level + self.q @ np.expm1(v)
+            slope = self.q * np.exp(v)
+            return self.level + self.q @ np.expm1(v), slope, slope
 
 
 class Smooth(NamedTuple):
@@ -78,6 +78,30 @@ class Smooth(NamedTuple):
     def turned(self, turn: Vector, move: Any) -> "Smooth":
         """Returns the set with turn u + move in place of u."""
         return Smooth(self.h, self.A @ turn, self.A @ move + self.b)
+
+
+def _array(values: Any, name: str, size: Any = None, finite: bool = True) -> Vector:
+    """A row of numbers, of one number as many as size says; size (None, n): a matrix of n columns."""
+    array = to_floats(values, name)
+    if isinstance(size, tuple):
+        if array.ndim != 2 or array.size == 0 or size[1] not in (None, array.shape[1]):
+            raise ValueError(f"{name} has shape {array.shape}; it must be a matrix"
+                             + (f" of {size[1]} columns" if size[1] else ""))
+    else:
+        array = np.atleast_1d(array)
+        array = np.full(size, array[0]) if size and array.shape == (1,) else array
+        if array.ndim != 1 or array.size == 0 or size not in (None, array.size):
+            raise ValueError(f"{name} has shape {array.shape}, expected {size or 'one row of'} numbers")
+    if np.any(~np.isfinite(array) if finite else np.isnan(array)):
+        raise ValueError(f"{name} has an entry that is {'not finite' if finite else 'NaN'}")
+    return array
+
+
+def _number(value: Any, name: str, positive: bool = False) -> float:
+    number = float(_array(value, name, 1)[0])
+    if number < 0.0 or positive and number == 0.0:
+        raise ValueError(f"{name} is {number:g}; it must {'be positive' if positive else 'not be negative'}")
+    return number
 
 
 def _knapsack(gain: Vector, room: Vector, total: float) -> Vector:
@@ -172,30 +196,30 @@ class UncertaintySet:
 
     def contains(self, y: Any, tol: float = _INSIDE) -> bool:
         """Returns whether y is in the set; tol: allowed violation, relative to the size of the set."""
-        return self._has(to_array(y, "y", self.n), tol)
+        return self._has(_array(y, "y", self.n), tol)
 
     def _has(self, y: Vector, tol: float) -> bool:
         u = self.factors(y)
         gap = np.abs(self.origins[0] + self.loadings @ u - y)
-        room = tol * np.abs(self.loadings) @ self.width + 8.0 * _EPSILON * (np.abs(y) + np.abs(self.origins[0]))
+        room = tol * np.abs(self.loadings) @ self.width + 8.0 * np.finfo(float).eps * (np.abs(y) + np.abs(self.origins[0]))
         return bool(np.all(gap <= room)) and self.violation(u) <= np.max(
             room / self.sizes, where=np.any(self.loadings, axis=1), initial=tol)
 
     def worst(self, c: Any) -> Any:
         """Returns a y at which c'y is largest."""
-        c = to_array(c, "c", self.n)
+        c = _array(c, "c", self.n)
         best: Vector = self.origins[np.argmax(self.origins @ c)]
         return best + self.loadings @ self.worst_factors(c @ self.loadings)
 
     def support(self, c: Any) -> float:
         """The largest c'y: a formula, or (polyhedra, KLBall, ChiSquareBall, MomentBox, intersections) a
         convex problem for minimize_minmax."""
-        return float(to_array(c, "c", self.n) @ self.worst(c))
+        return float(_array(c, "c", self.n) @ self.worst(c))
 
     def worst_factors(self, gain: Vector) -> Any:
         if self.k == 0 or not np.any(gain):
             return self.start
-        found = self._solved(-gain / np.max(np.abs(gain)), self.start)
+        found = self._solved(lambda u, _: -(gain / np.max(np.abs(gain))) @ u, self.start)
         if not found.success:
             raise ValueError(f"no largest value over the set was found, it may be unbounded: {found.message}")
         return found.x
@@ -223,8 +247,9 @@ class UncertaintySet:
         if not len(self.matrix) and self.k <= 12 and np.all(np.isfinite(np.r_[self.lower, self.upper])):
             return np.array([*itertools.product(*zip(self.lower, self.upper))]).reshape(2**self.k, self.k)
         free = np.setdiff1d(np.flatnonzero(np.isfinite(np.r_[low, up])), [*equal, *(equal + low.size)])
-        need = max(self.k - equal.size, 0)
-        count = math.comb(free.size, need)
+        need, count = self.k - equal.size, 1
+        for i in range(need):
+            count = count * (free.size - i) // (i + 1)
         if count > _MOST_BASES:
             return None
         chosen = np.array(list(itertools.combinations(free, need)), dtype=int).reshape(count, need)
@@ -281,27 +306,14 @@ class UncertaintySet:
         if len(self.matrix):
             found.append(LinearConstraint(None, np.pad(self.matrix, ((0, 0), (0, more))), self.row_lower,
                                           self.row_upper, player="max"))
-        return found + [self._curved(s, nx, np.zeros(more), "max") for s in self.smooth]
+        for s in self.smooth:
+            found.append(Constraint(lambda x, w, s=s: s.value(w[:self.k]), ub=0.0, player="max",
+                jac=lambda x, w, s=s: np.r_[np.zeros(nx), s.gradient(w[:self.k]), np.zeros(more)][None],
+                hess=lambda x, w, m, s=s: np.pad(m[0] * s.hessian(w[:self.k]), (nx, more))))
+        return found
 
-    def _curved(self, s: Smooth, nx: int, tail: Vector, player: str) -> Constraint:
-        """A curved side, less tail'z, as a constraint on (nx others, the factors, z)."""
-        def split(x: Any, w: Any) -> Any:
-            return np.split(np.concatenate([x, w])[nx:], [self.k])
-
-        def value(x: Any, w: Any) -> Any:
-            u, z = split(x, w)
-            return s.value(u) - tail @ z
-
-        def jac(x: Vector, w: Vector) -> Vector:
-            return np.r_[np.zeros(nx), s.gradient(split(x, w)[0]), -tail]
-
-        def hess(x: Vector, w: Vector, weights: Vector) -> Vector:
-            return np.pad(weights[0] * s.hessian(split(x, w)[0]), (nx, tail.size))
-        value.is_ours = True  # type: ignore[attr-defined]
-        return Constraint(value, ub=0.0, player=player, jac=jac, hess=hess)
-
-    def _solved(self, cost: Vector, start: Vector) -> Any:
-        """min cost'u over the set, or cost'(u, t), where rows may be violated by t >= -1."""
+    def _solved(self, fun: Any, start: Vector) -> Any:
+        """min fun(u, ()) over the set, or over (u, t), where rows may be violated by t >= -1."""
         matrix, low, up = self.sides
         equal, rows, k = low == up, [], self.k
         size = (np.abs(matrix) @ self.width * ~equal)[:, None]
@@ -310,20 +322,16 @@ class UncertaintySet:
             use = np.isfinite(b)
             if np.any(use):
                 rows.append(LinearConstraint(A[use, :start.size], None, lower[use], b[use], player="min"))
-        rows += [self._curved(s, 0, np.ones(start.size - k), "min") for s in self.smooth]
-
-        def value(v: Any, _: Any) -> Any:
-            return cost @ v
-        value.is_ours = True  # type: ignore[attr-defined]
-        return minimize_minmax(value, start, [], jac=lambda v, _: cost, hess=lambda v, _: np.zeros((v.size, v.size)),
-                               constraints=rows, bounds_x=[(None, None)] * k + [(-1.0, None)] * (start.size - k),
-                               check_derivatives=False)
+        for s in self.smooth:
+            rows.append(Constraint(lambda v, _, s=s: s.value(v[:k]) - np.sum(v[k:]),  # type: ignore
+                                   ub=0.0, player="min"))
+        return minimize_minmax(fun, start, [], constraints=rows,
+                               bounds_x=[(None, None)] * k + [(-1.0, None)] * (start.size - k))
 
     def _inside(self) -> Any:
         """Factors far from all sides; ValueError where there are none."""
         guess = np.clip(0.0, np.maximum(self.lower, -1e19), np.minimum(self.upper, 1e19))
-        found = None if np.any(self.lower > self.upper) else self._solved(
-            np.eye(self.k + 1)[self.k], np.r_[guess, 1.0])
+        found = None if np.any(self.lower > self.upper) else self._solved(lambda v, _: v[self.k], np.r_[guess, 1.0])
         if found is None or not found.success or found.x[self.k] > _INSIDE:
             raise ValueError(f"the {type(self).__name__.strip('_').lower()} is empty: no y meets all of its "
                              "rows" + ("" if found is None or found.success else f" ({found.message})"))
@@ -392,9 +400,11 @@ class Box(UncertaintySet):
     """lower <= y <= upper."""
 
     def __init__(self, lower: Any, upper: Any) -> None:
-        size = max(np.size(lower), np.size(upper)) or None
-        low, up = to_array(lower, "lower", size), to_array(upper, "upper", size)
-        refuse(low > up, lambda i: f"lower[{i}] = {low[i]:g} is above upper[{i}] = {up[i]:g}: the box is empty")
+        size = max(np.size(lower), np.size(upper))
+        low, up = _array(lower, "lower", size), _array(upper, "upper", size)
+        if np.any(low > up):
+            i = int(np.argmax(low > up))
+            raise ValueError(f"lower[{i}] = {low[i]:g} is above upper[{i}] = {up[i]:g}: the box is empty")
         ones = np.ones(np.count_nonzero(low < up))
         super().__init__(0.5 * (low + up), np.diag(0.5 * (up - low))[:, low < up], -ones, ones, 0.0 * ones)
 
@@ -410,8 +420,8 @@ class Ellipsoid(UncertaintySet):
     value along such directions."""
 
     def __init__(self, center: Any, shape: Any) -> None:
-        center = to_array(center, "center")
-        shape = to_array(shape, "shape", (None, center.size))
+        center = _array(center, "center")
+        shape = _array(shape, "shape", (None, center.size))
         if len(shape) != center.size or not np.allclose(shape, shape.T, rtol=1e-9, atol=0.0):
             raise ValueError(f"shape is not a symmetric matrix of {center.size} rows")
         size = np.sqrt(np.where(np.diag(shape) > 0.0, np.diag(shape), 1.0))  # in units of each y
@@ -436,9 +446,10 @@ class Budget(UncertaintySet):
     _signs: Tuple[float, ...] = (1.0, -1.0)
 
     def __init__(self, nominal: Any, deviation: Any, gamma: Any) -> None:
-        nominal, self._gamma = to_array(nominal, "nominal"), to_amount(gamma, "gamma")
-        deviation = to_array(deviation, "deviation", nominal.size)
-        refuse(deviation < 0.0, lambda i: f"deviation[{i}] is negative")
+        nominal, self._gamma = _array(nominal, "nominal"), _number(gamma, "gamma")
+        deviation = _array(deviation, "deviation", nominal.size)
+        if np.any(deviation < 0.0):
+            raise ValueError(f"deviation[{int(np.argmax(deviation < 0.0))}] is negative")
         self._side = np.diag(deviation)[:, (deviation > 0.0) & (self._gamma > 0.0)]
         count, parts = self._side.shape[1], len(self._signs)
         each = np.full(parts * count, min(1.0, self._gamma))
@@ -469,7 +480,7 @@ class Cardinality(Budget):
 
 def Ball(center: Any, radius: Any, norm: Any = 2) -> UncertaintySet:
     """The norm (1, 2 or infinity) of y - center is at most radius."""
-    center, radius = to_array(center, "center"), to_amount(radius, "radius")
+    center, radius = _array(center, "center"), _number(radius, "radius")
     if norm not in (1, 2, np.inf):
         raise ValueError(f"norm is {norm!r:.60}; it must be 1, 2 or infinity")
     if norm != 2:
@@ -483,8 +494,8 @@ class Polyhedron(UncertaintySet):
     """A y <= b."""
 
     def __init__(self, A: Any, b: Any) -> None:
-        A = to_array(A, "A", (None, None))
-        b = to_array(b, "b", len(A))
+        A = _array(A, "A", (None, None))
+        b = _array(b, "b", len(A))
         center, start = np.zeros(A.shape[1]), None
         for _ in range(2):  # each y in units of its own: where rows meet the axes, then from a point inside
             room = b - A @ center
@@ -503,11 +514,11 @@ class Simplex(UncertaintySet):
     """n numbers y >= 0 whose sum is total."""
 
     def __init__(self, n: int, total: Any = 1.0) -> None:
-        count = to_array(n, "n", 1)[0]
+        count = _array(n, "n", 1)[0]
         if count < 1.0 or count % 1.0:
             raise ValueError(f"n is {n!r:.60}; it must be a positive number of variables")
         ones = np.ones(int(count))
-        super().__init__(0.0 * ones, to_amount(total, "total", True) * np.eye(ones.size), 0.0 * ones, ones,
+        super().__init__(0.0 * ones, _number(total, "total", True) * np.eye(ones.size), 0.0 * ones, ones,
                          ones / ones.size, (ones[None, :], np.ones(1), np.ones(1)))
 
     def worst_factors(self, gain: Vector) -> Any:
@@ -518,12 +529,12 @@ class FactorModel(UncertaintySet):
     """y = origin + loadings xi with F factors, |xi_i| <= 1, |sum of xi_i| <= beta F."""
 
     def __init__(self, origin: Any, loadings: Any, beta: Any = 1.0) -> None:
-        origin, loadings = to_array(origin, "origin"), to_array(loadings, "loadings", (None, None))
+        origin, loadings = _array(origin, "origin"), _array(loadings, "loadings", (None, None))
         ones = np.ones(loadings.shape[1])
         if len(loadings) != origin.size or not _are_independent(loadings):
             raise ValueError(f"loadings has shape {loadings.shape}; it must have {origin.size} rows and "
                              "columns that do not depend on each other")
-        self._most = np.array([to_amount(beta, "beta") * ones.size])
+        self._most = np.array([_number(beta, "beta") * ones.size])
         super().__init__(origin, loadings, -ones, ones, 0.0 * ones, (ones[None, :], -self._most, self._most)
                          if self._most < ones.size else None)
 
@@ -540,12 +551,12 @@ class Discrete(UncertaintySet):
 
     def __init__(self, points: Any) -> None:
         points = to_floats(points, "points")
-        points = to_array(points[:, None] if points.ndim == 1 else points, "points", (None, None))
+        points = _array(points[:, None] if points.ndim == 1 else points, "points", (None, None))
         none = np.zeros(0)
         super().__init__(points, np.zeros((points.shape[1], 0)), none, none, none)
 
     def _has(self, y: Vector, tol: float) -> bool:
-        size = tol * np.ptp(self.origins, axis=0) + 8.0 * _EPSILON * np.abs(y)
+        size = tol * np.ptp(self.origins, axis=0) + 8.0 * np.finfo(float).eps * np.abs(y)
         return bool(np.any(np.all(np.abs(self.origins - y) <= size, axis=1)))
 
 
@@ -555,7 +566,7 @@ class _Distributions(UncertaintySet):
     def _ball(self, q: Any, radius: Any, smooth: Any, least: Any) -> None:
         """Factors u of p = q + size u, where the ball, or all probabilities, are of size one; smooth(q, radius, size):
         the ball, of positive q; least(q): radius from which on it has points with p = 0."""
-        q, radius = to_array(q, "q"), to_amount(radius, "radius", True)
+        q, radius = _array(q, "q"), _number(radius, "radius", True)
         if np.any(q < 0.0) or abs(q.sum() - 1.0) > 1e-9:
             raise ValueError(f"q must be probabilities: none negative, of sum 1 (it is {q.sum():g})")
         p = q[q > 0.0]
@@ -587,10 +598,12 @@ class MomentBox(UncertaintySet):
 
     def __init__(self, points: Any, lower: Any, upper: Any, moments: Any = None) -> None:
         points = Discrete(points).origins
-        values = points if moments is None else to_array(
-            [np.ravel(to_function(moments, "moments")(p)) for p in points], "moments", (None, None))
-        low, up = (to_array(b, name, values.shape[1], False) for b, name in ((lower, "lower"), (upper, "upper")))
-        refuse(low > up, lambda i: f"lower[{i}] is above upper: the set is empty")
+        if not (moments is None or callable(moments)):
+            raise TypeError(f"moments is {moments!r:.60}, not a function")
+        values = points if moments is None else _array([np.ravel(moments(p)) for p in points], "moments", (None, None))
+        low, up = (_array(b, name, values.shape[1], False) for b, name in ((lower, "lower"), (upper, "upper")))
+        if np.any(low > up):
+            raise ValueError(f"lower[{int(np.argmax(low > up))}] is above upper: the set is empty")
         middle, size = values.mean(axis=0), np.ptp(values, axis=0)
         size = np.where(size > 0.0, size, 1.0)
         ones = np.ones(len(points))

@@ -9,9 +9,8 @@ import numpy as np
 from .certificate import Certificate
 from .constraints import Constraint, LinearConstraint, Row, read_bounds, read_constraint
 from .differences import DerivativeWarning, Vector
-from .minimize import _number, _start, minimize_minmax, read_names
-from .problem import to_floats, to_function
-from .recorded import exact
+from .minimize import _number, _start, minimize_minmax
+from .problem import to_floats
 from .recourse import Policy, Recourse
 from .result import MinmaxResult, WorstCase
 from .sets import UncertaintySet
@@ -148,7 +147,27 @@ class _Dual:
 
 def _cone(h: Any, w: Vector, t: int) -> Constraint:
     """t phi(w / t) <= r, the variable X after t."""
-    return Constraint(lambda X, W: X[t] * h.conjugate(X[w] / X[t]) - X[t + 1], -np.inf, 0.0, player="min")
+
+    def at(X: Any) -> Any:
+        v = X[w] / X[t]
+        return v, h.conjugate(v)
+
+    def jac(X: Vector, W: Vector) -> Vector:
+        v, (value, slope, _) = at(X)
+        row = np.zeros(X.size + W.size)
+        row[w], row[t], row[t + 1] = slope, value - slope @ v, -1.0
+        return row
+
+    def hess(X: Vector, W: Vector, weights: Vector) -> Vector:
+        v, (_, _, bend) = at(X)
+        turn, found = np.column_stack([np.eye(v.size), -v]), np.zeros((X.size + W.size,) * 2)
+        found[np.ix_([*w, t], [*w, t])] = weights[0] / X[t] * turn.T @ (bend[:, None] * turn)
+        return found
+
+    def value(X: Vector, W: Vector) -> Any:
+        return X[t] * at(X)[1][0] - X[t + 1]
+    value.is_ours = True  # type: ignore[attr-defined]  # its jac is not compared with differences
+    return Constraint(value, -np.inf, 0.0, jac, hess, "min")
 
 
 class _Function(NamedTuple):
@@ -209,7 +228,6 @@ class _Model:
         self._seen: List[Tuple[str, Any, int]] = []  #: functions of degree 0 and 1, as it seemed
         self._random = np.random.default_rng(4)
         self._two = given.sample_factors(2, self._random)
-        self._turns: Dict[Any, Tuple[Any, Any]] = {}
 
     def factor_names(self, names: Any) -> List[str]:
         """Of each factor the y that it alone moves, as a factor."""
@@ -241,12 +259,25 @@ class _Model:
         """Price of the rule's slopes."""
         return 0.0 if self.policy is None else self.policy.prices @ X[self.nx:self.end] ** 2
 
-    def turn(self, X: Any, W: Any, k: int) -> Tuple[Any, Any]:
-        """Derivatives of the parts with respect to v = (X, W): functions of v, and of v and weights of the parts."""
-        at = (k, X.size, W.size)
-        if at not in self._turns:
-            self._turns[at] = exact(lambda v: np.concatenate(self.parts(v[:at[1]], v[at[1]:], k)), np.r_[X, W])
-        return self._turns[at]
+    def turn(self, X: Any, W: Any, k: int, q: Any = None) -> Tuple[Vector, Any]:
+        """Derivatives of the parts with respect to X and W, and second ones of q'z."""
+        loadings = self.given.loadings if W.size else np.zeros((self.given.n, 0))
+        at, u = np.cumsum([0, *self.sizes]), slice(X.size, X.size + loadings.shape[1])
+        found, bend = np.zeros((at[-1], X.size + W.size)), np.zeros((X.size + W.size,) * 2 if q is not None else 0)
+        found[:self.nx, :self.nx] = np.eye(self.nx)
+        found[at[1]:at[2], u] = loadings
+        if self.policy is not None:
+            rule = slice(self.nx, self.end)
+            to_free, to_y, mixed, twice = self.policy.derivatives(
+                X[rule], self.parts(X, W, k)[1], np.zeros(self.sizes[2]) if q is None else q)
+            found[at[2]:at[3], rule], found[at[2]:at[3], u] = to_free, to_y @ loadings
+            if q is not None:
+                bend[rule, u] = mixed @ loadings
+                bend[u, rule], bend[u, u] = bend[rule, u].T, loadings.T @ twice @ loadings
+        if self.s0.size:
+            first = u.stop + k * self.s0.size
+            found[at[3]:, first:first + self.s0.size] = np.eye(self.s0.size)
+        return found, bend
 
     def counted(self, given: Any) -> Any:
         """The user's function; its calls are the result's nfev."""
@@ -272,13 +303,14 @@ class _Model:
             return _Function(value)
 
         def jacobian(X: Any, W: Any, k: int) -> Any:
-            turn, _ = self.turn(X, W, k)
-            return _dense(jac(*self.parts(X, W, k)), total, f"jac of {name}") @ turn(np.r_[X, W])
+            return _dense(jac(*self.parts(X, W, k)), total, f"jac of {name}") @ self.turn(X, W, k)[0]
 
         def hessian(X: Any, W: Any, k: int, weights: Any) -> Any:
-            parts, v, (turn, bend) = self.parts(X, W, k), np.r_[X, W], self.turn(X, W, k)
-            slopes, moved = weights @ _dense(jac(*parts), total, f"jac of {name}"), turn(v)
-            return moved.T @ _dense(hess(*parts, weights), total, f"hess of {name}") @ moved + bend(v, slopes)
+            parts = self.parts(X, W, k)
+            slopes = weights @ _dense(jac(*parts), total, f"jac of {name}")
+            turn, bend = self.turn(X, W, k, slopes[at[1]:at[2]] if self.policy is not None else None)
+            return turn.T @ _dense(hess(*parts, weights), total, f"hess of {name}") @ turn + (
+                bend if self.policy is not None else 0.0)
         return _Function(value, jacobian, None if hess is None else hessian)
 
     # --- What a function does over y
@@ -460,7 +492,7 @@ def _add_constraints(model: _Model, constraints: Sequence[Any]) -> List[Row]:
             row.fun = lambda *p, of=row.fun: of(*p[:2])
         f = model.function(row.fun if row.matrix is not None else model.counted(row.fun), row.name, row.jac, row.hess)
         row.size = f.value(model.start, model.w0, 0).size
-        row.lb, row.ub = row.bounds()
+        row.lb, row.ub = row.bounds(row.size)
         if row.player == "max" and len(model.scenarios) > 1:
             raise ValueError(f"{row.name} is the maximizer's, which a set with Discrete points cannot have: leave "
                              "out the points that it excludes")
@@ -481,8 +513,7 @@ def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector
         if f.value(model.start, model.w0, 0).size != model.s0.size:
             raise ValueError(f"equations of Recourse has {f.value(model.start, model.w0, 0).size} values, but there "
                              f"are {model.s0.size} states")
-        zero = np.zeros(model.s0.size)
-        model.stack(f, zero, zero, model.scenarios, "max", "equations of Recourse")
+        model.stack(f, np.zeros(model.s0.size), np.zeros(model.s0.size), model.scenarios, "max", "equations of Recourse")
     return limits
 
 
@@ -493,25 +524,30 @@ def _add_objective(model: _Model, f: _Function) -> Tuple[_Function, bool]:
     if not degree or len(model.scenarios) == 1 and not (model.exact and degree == 1):
         model.reads_y = model.reads_y or degree > 0
         return f, False
-    none = np.full(1, -np.inf)
-    t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]), none)
-    model.add(None, "", _Function(lambda X, W, k: f.value(X, W, k) - X[t], f.jac and (
-        lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), none, np.zeros(1))
+    t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]),
+                     np.full(1, -np.inf))
+    model.add(None, "", _Function(lambda X, W, k: f.value(X, W, k) - X[t],
+        f.jac and (lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), np.full(1, -np.inf), np.zeros(1))
     return _Function(lambda X, W, k: X[t:t + 1], lambda X, W, k: np.eye(1, X.size + W.size, t),
                      lambda X, W, k, w: np.zeros((X.size + W.size,) * 2)), True
 
 
 def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: Any, hess: Any, bounds_x: Any,
-                      constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool, given: Any,
-                      recourse: Optional[Recourse], exact: bool, names_x: Any, names_y: Any) -> RobustResult:
+                      constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool,
+                      given: Any, recourse: Optional[Recourse], exact: bool, names: Dict[str, Any]) -> RobustResult:
     """minimize_minmax with uncertainty=given."""
     if not isinstance(given, UncertaintySet):
         raise TypeError(f"uncertainty is {given!r:.60}; it must be a set of ipminmax.sets")
     if recourse is not None and not isinstance(recourse, Recourse):
         raise TypeError(f"recourse is {recourse!r:.60}; it must be a Recourse")
+    if not callable(fun):
+        raise TypeError(f"fun is {fun!r:.60}, not a function")
     model = _Model(_start(x0, "x0"), bounds_x, given, recourse, exact)
-    fun = model.counted(to_function(fun, "fun"))
-    names: Dict[str, List[str]] = read_names((names_x, model.nx), (names_y, given.n))
+    fun = model.counted(fun)
+    for letter, size in (("x", model.nx), ("y", given.n)):
+        if names[letter] is not None and len(names[letter]) != size:
+            raise ValueError(f"names_{letter} has {len(names[letter])} entries, not {size}")
+    names = {letter: [str(n) for n in own] for letter, own in names.items() if own is not None}
     if y0 is not None:
         y0 = _start(y0, "y0")
         if y0.size != given.n or not given.contains(y0, 1e-6):
@@ -584,7 +620,7 @@ def _worst_cases(model: _Model, inner: MinmaxResult) -> List[WorstCase]:
     return cases
 
 
-def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Any, data: Any) -> RobustResult:
+def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str, List[str]], data: Any) -> RobustResult:
     given, X, searched, cases = model.given, inner.x, model.w0.size > 0, _worst_cases(model, inner)
     value = inner.fun - float(model.price(X))
     if through_t:  # of the row of fun its value, not that less t
@@ -605,9 +641,9 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Any, dat
     values = {f.name: getattr(inner, f.name) for f in fields(inner)}
     wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) and not inner.info["interrupted"] else ""
     if wrong:
-        values.update(success=False, message=wrong, certificate=Certificate(reasons=[wrong]))
-    values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements,
-        names=names, points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
+        values.update(success=False, message=wrong, certificate=Certificate.nothing(wrong))
+    values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
+        points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
     return RobustResult(**values, policy=model.policy, uncertainty=given, data=data,
                         states=inner.y[given.k:given.k + model.s0.size] if model.s0.size else None)
