@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 #include <utility>
 
 #include "core/certificate/trial.hpp"
+#include "core/kkt/block.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
@@ -202,7 +202,7 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
     // Wrong second derivatives may be why nothing could be decided.
     if (verdict == SecondOrder::Undecided || verdict == SecondOrder::Flat)
       c.examine_curvature(point, point.iterate.lambda, nullptr);
-  } catch (const std::bad_alloc&) {  // what was solved stays solved
+  } catch (const FactorsOutOfMemory&) {  // what was solved stays solved
     verdict = SecondOrder::Undecided;
     c.reasons.add(Kind::Effort, Player::Min, "the test ran out of memory");
     trial->moved.reset();

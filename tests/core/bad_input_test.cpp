@@ -13,6 +13,7 @@
 #include <problems/quadratic_problem.hpp>
 #include <support/autodiff_problem.hpp>
 
+#include "core/kkt/block.hpp"
 #include "core/sensitivity.hpp"
 #include "core/solver.hpp"
 
@@ -544,13 +545,14 @@ TEST_P(BadEvaluation, OutOfMemoryIsAStatus) {
   EXPECT_EQ(solve(problem, GetParam().options()).status, Status::OutOfMemory);
 }
 
+// As where the factors of the active set's matrix do not fit, though those of the steps did.
 TEST(Memory, ThatEndsInTheCertificateLeavesTheSolution) {
   Faulty problem;
   const Result solved = solve(problem, SolverOptions{});
   ASSERT_EQ(solved.status, Status::Solved) << solved.message;
   int left = solved.iterations + 1;  // calls for the steps
   problem.before = [&](const std::string& function) {
-    if (function == "hessian" && --left == -1) throw std::bad_alloc();
+    if (function == "hessian" && --left == -1) throw FactorsOutOfMemory();
   };
   const Result result = solve(problem, SolverOptions{});
   EXPECT_EQ(result.status, Status::SolvedDegenerate) << name_of(result.status);
