@@ -5,14 +5,11 @@ namespace ipminmax {
 
 bool ActiveBounds::exceeds_variables(const CanonicalProblem& canonical) const {
   constexpr Index kMostPerVariable = 2;  // a vertex has one; where a few rows are repeated, more
-  Index active = 0, variables = 0;
-  for (Index j = 0; j < canonical.constraints(); ++j)
+  auto active = std::ranges::count(of, BoundClass::Active);
+  for (const Index j : each_constraint(canonical))
     active += canonical.slack_of(j) < 0 && !is_left_out(j);
-  for (Index i = 0; i < canonical.variables(); ++i) {
-    active += of[at(i)] == BoundClass::Active;
-    variables += !is_slack(canonical, i);
-  }
-  return active > kMostPerVariable * variables;
+  const Index slacks = canonical.x_slacks().size() + canonical.y_slacks().size();
+  return active > kMostPerVariable * (canonical.variables() - slacks);
 }
 
 void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& trial) {
@@ -22,8 +19,7 @@ void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& tri
     const double unit = trial.scaling.variable[i];
     const BoundClass found =
         class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
-    // Else the model's own bound may be active.
-    const bool relaxed = distance <= 2.0 * relaxation_of(c.canonical, i, side, c.options);
+    const bool relaxed = c.within_relaxation(i, side, distance);
     trial.set.include(i, side,
                       found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
   });

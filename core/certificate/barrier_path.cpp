@@ -58,7 +58,7 @@ bool identify_by_trend(const TestContext& c, const Iterate& before, const Iterat
     const double weaker = change(multiplier_of(before, i, side), multiplier_of(after, i, side));
     const bool active = nearer >= kClearTrend && weaker <= 1.0 - kClearTrend;
     const bool inactive = weaker >= kClearTrend && nearer <= 1.0 - kClearTrend;
-    const bool relaxed = later <= 2.0 * relaxation_of(c.canonical, i, side, c.options);
+    const bool relaxed = c.within_relaxation(i, side, later);
     resolved = resolved && (active || inactive);
     set.include(i, side,
                 active                 ? BoundClass::Active

@@ -430,14 +430,15 @@ SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
   };
   c.kkt.begin_pivoting();
   trial.begin(c.canonical, c.given, c.arrays.trial.mu);
-  if (!is_far && !c.arrays.trial.set.is_clear(c.canonical)) {
+  const bool clear = c.arrays.trial.set.is_clear(c.canonical);
+  if (!is_far && !clear) {
     if (auto guessed = with_guessed_set(c)) {
       trial = std::move(*guessed);
       return certified(c, true, trial);
     }
   }
   TrialPoint start;
-  if (!begin(c, is_far || !c.arrays.trial.set.is_clear(c.canonical), start)) return undefined();
+  if (!begin(c, is_far || !clear, start)) return undefined();
   const TrialPoint first = start;
   TrialPoint here = start;
   std::optional<TrialPoint> right;  // but farther from the point than its accuracy allows

@@ -42,6 +42,10 @@ struct TestContext {
   }
   [[nodiscard]] bool has_x() const { return kkt.layout().x.size() > 0; }
   [[nodiscard]] bool has_y() const { return kkt.layout().y.size() > 0; }
+  /// Whether a bound is no farther than its relaxation: the model's own may be active.
+  [[nodiscard]] bool within_relaxation(Index i, int side, double distance) const {
+    return distance <= 2.0 * relaxation_of(canonical, i, side, options);
+  }
   [[nodiscard]] double error(const Point& point) const {
     return barrier_error(canonical, point, 0.0, options.s_max).scaled;
   }

@@ -195,7 +195,8 @@ Index hessians_of_test(const Model& model, const std::vector<double>& start) {
   return r.counts.hessian - r.iterations - 1;
 }
 
-// W beyond the end of the Newton step, and where that is nothing but rounding on the other side, too.
+// W beyond the end of the Newton step, and where that is nothing but rounding on the other side,
+// too.
 TEST(HessiansOfTheTest, AreOneOrTwo) {
   Model quadratic;
   {
