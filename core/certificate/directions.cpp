@@ -175,11 +175,12 @@ struct DirectionSearch {
     constexpr double kFeasible = 1e-2;  // over the square of the step
     const double small = stationary ? kRootOfRounding : kFeasible;
     const double negligible = stationary ? kLittle * kRootOfRounding : kHardly;
-    double residual = 0.0;
+    double residual = 0.0, before = kInfinity;
     constexpr int kMostRefinements = 6;
-    for (int k = 0; k < kMostRefinements; ++k) {
+    // Corrections that hardly contract do not arrive.
+    for (int k = 0; k < kMostRefinements; ++k, before = residual) {
       if (!correct(trial, residual)) return arc;
-      if (residual <= negligible * scale) break;
+      if (residual <= negligible * scale || !(residual <= kConfirmed * before)) break;
     }
     if (!(residual <= small * scale) ||
         canonical.objective(trial.v, trial.evaluation.f) != EvaluationStatus::Ok) {
