@@ -268,18 +268,6 @@ Factorization KktBlock::factorize(const Regularization& shift, Certainty certain
   return factorization_;
 }
 
-bool KktBlock::take_factors(KktBlock& other, const Regularization& shift, Certainty certainty) {
-  if (!other.factorized_with_ || certainty > other.certainty_) return false;
-  shift_by(shift);
-  if (!std::ranges::equal(matrix_.values(), other.matrix_.values())) return false;
-  std::swap(solver_, other.solver_);
-  factorization_ = other.factorization_;
-  certainty_ = other.certainty_;
-  factorized_with_ = shift;
-  other.factorized_with_.reset();
-  return true;
-}
-
 Factorization KktBlock::make_certain(const Regularization& shift) {
   if (certainty_ == Certainty::Certain || !is_factorized(shift, certainty_)) return factorization_;
   factorization_ = solver_->make_certain(matrix_, factorization_);

@@ -156,10 +156,6 @@ class KktBlock : Kept<KktBlockArrays> {
   [[nodiscard]] bool is_factorized(const Regularization& shift, Certainty certainty) const {
     return factorized_with_ && *factorized_with_ == shift && certainty <= certainty_;
   }
-  /// Instead of factorize: the factors that another block with the same pattern has of the same
-  /// matrix, which then has none. False: it has none of this matrix.
-  [[nodiscard]] bool take_factors(KktBlock& other, const Regularization& shift,
-                                  Certainty certainty);
   /// Grows with every change of the values, shifts apart.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Repeated, the last factorization is kept. Throws FactorsOutOfMemory.

@@ -8,8 +8,7 @@ namespace ipminmax {
 
 bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
   for (;;) {
-    if (factorize_for_solutions({}, inner_.empty() ? Certainty::Certain : Certainty::Usual)
-            .status != FactorizationStatus::Ok)
+    if (factorize_for_solutions({}, needed(Certainty::Usual)).status != FactorizationStatus::Ok)
       return false;
     {
       const ScopedTimer timer(timed(timing_.solves));

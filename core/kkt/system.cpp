@@ -140,16 +140,10 @@ bool KktSystem::may_factorize() {
 
 Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift,
                                    Certainty certainty) {
-  const bool full = &block == &full_;
-  // Without variables and constraints of Min K is K_yy.
-  if (!block.is_factorized(shift, certainty) && !schur_ &&
-      full_.dimension() == inner_.dimension() &&
-      block.take_factors(full ? inner_ : full_, shift, certainty)) {
-    (full ? inner_factors_ : full_factors_).serial = 0;
-  }
   if (block.is_factorized(shift, certainty)) return block.factorize(shift, certainty);
   if (!may_factorize()) return {};
   const ScopedTimer timer(timed(timing_.factorization));
+  const bool full = &block == &full_;
   count_factorizations(full, !full);
   return block.factorize(shift, certainty);
 }
@@ -172,8 +166,8 @@ const KktFactors& KktSystem::hold(KktFactors& at_hand, const Factorization& resu
 }
 
 KktFactors KktSystem::factorize(const Regularization& shift, Certainty certainty) {
-  if (inner_.empty()) certainty = Certainty::Certain;
-  return factorize_full(shift, certainty, certainty == Certainty::Usual);
+  const Certainty needed_here = needed(certainty);
+  return factorize_full(shift, needed_here, needed_here == Certainty::Usual);
 }
 
 KktFactors KktSystem::factorize_for_solutions(const Regularization& shift, Certainty certainty) {

@@ -213,6 +213,9 @@ class KktSystem : Kept<KktArrays> {
     constexpr Index kLeastRows = 17;
     return layout_.dimension() >= kLeastRows ? &total : nullptr;
   }
+  [[nodiscard]] Certainty needed(Certainty asked) const {
+    return inner_.empty() ? Certainty::Certain : asked;
+  }
   [[nodiscard]] Factorization factorize(KktBlock& block, const Regularization& shift,
                                         Certainty certainty);
   [[nodiscard]] bool may_factorize();

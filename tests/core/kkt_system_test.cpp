@@ -698,35 +698,6 @@ TEST(KktWithoutMaxPlayer, NeedsNoInnerFactorization) {
   EXPECT_EQ(s.counts.factorizations_inner, 0);
 }
 
-TEST(KktWithoutMinPlayer, FactorizesItsOneMatrixOnce) {
-  RandomSystem s({.x = 0, .min_equalities = 0, .min_inequalities = 0}, 4);
-  const Regularization shift{.y = 2.0};
-  const KktFactors inner = s.kkt->factorize_inner(shift);
-  const KktFactors full = s.kkt->factorize(shift);
-  EXPECT_EQ(full.inertia, inner.inertia);
-  EXPECT_EQ(s.counts.factorizations_full, 0);
-  EXPECT_EQ(s.counts.factorizations_inner, 1);
-  const NewtonResidual rhs = s.random_residual();
-  Step step = zero_step(s.canonical);
-  ASSERT_TRUE(s.kkt->solve(full, s.evaluation, rhs, step));
-  EXPECT_LT(s.newton_error(shift, rhs, step), 1e-8);
-  EXPECT_FALSE(s.kkt->solve_inner(inner, s.evaluation, rhs, step));
-
-  // The other way round, then both with matrices of their own.
-  const KktFactors again = s.kkt->factorize_inner(shift);
-  ASSERT_TRUE(s.kkt->solve_inner(again, s.evaluation, rhs, step));
-  EXPECT_LT(s.newton_error(shift, rhs, step), 1e-8);
-  EXPECT_FALSE(s.kkt->solve(full, s.evaluation, rhs, step));
-  EXPECT_EQ(s.counts.factorizations_full, 0);
-  EXPECT_EQ(s.counts.factorizations_inner, 1);
-  const Regularization other{.y = 3.0};
-  ASSERT_TRUE(s.kkt->solve(s.kkt->factorize(other), s.evaluation, rhs, step));
-  EXPECT_LT(s.newton_error(other, rhs, step), 1e-8);
-  ASSERT_TRUE(s.kkt->solve_inner(again, s.evaluation, rhs, step));
-  EXPECT_EQ(s.counts.factorizations_full, 1);
-  EXPECT_EQ(s.counts.factorizations_inner, 1);
-}
-
 TEST(LeastSquaresMultipliers, AreTheDenseOnesMaxFirst) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     RandomSystem s(random_shape(seed), seed);
