@@ -53,14 +53,13 @@ KktMatrices kkt_matrices_at(ipminmax::Problem& problem, const ipminmax::Result& 
   evaluation.gradient.setZero(canonical.variables());
   evaluation.jacobian.assign(canonical.jacobian().size(), 0.0);
   evaluation.hessian.assign(canonical.hessian().size(), 0.0);
-  using ipminmax::EvaluationStatus;
-  if (canonical.constraints(iterate.v, evaluation.c) != EvaluationStatus::Ok) {
+  if (!canonical.constraints(iterate.v, evaluation.c)) {
     throw std::runtime_error(canonical.evaluation_error());
   }
   canonical.start_slacks(iterate, evaluation.c);
   ipminmax::start_bound_multipliers(canonical, warm, iterate);
-  if (canonical.first_derivatives(iterate.v, evaluation) != EvaluationStatus::Ok ||
-      canonical.second_derivatives(iterate.v, iterate.lambda, evaluation) != EvaluationStatus::Ok) {
+  if (!canonical.first_derivatives(iterate.v, evaluation) ||
+      !canonical.second_derivatives(iterate.v, iterate.lambda, evaluation)) {
     throw std::runtime_error(canonical.evaluation_error());
   }
   Eigen::VectorXd curvature = Eigen::VectorXd::Zero(canonical.variables());

@@ -92,8 +92,7 @@ void hold_inactive_copies(TestContext& c, TrialPoint& trial) {
     if (trial.inactive.rows[j]) lambda[static_cast<Index>(j)] = 0.0;
   }
   if (!trial.inactive.variables.empty() &&
-      c.canonical.second_derivatives(given.v, lambda, trial.point.evaluation) !=
-          EvaluationStatus::Ok) {
+      !c.canonical.second_derivatives(given.v, lambda, trial.point.evaluation)) {
     trial.point = c.given;
   }
 }

@@ -54,8 +54,7 @@ Vector hessian_error_of(TestContext& c, const TrialPoint& trial) {
   if (error.size() == 0) error.setZero(c.canonical.variables());
   if (!any) return error;
   Evaluation without = trial.point.evaluation;
-  if (c.canonical.second_derivatives(trial.point.iterate.v, lambda, without) !=
-      EvaluationStatus::Ok) {
+  if (!c.canonical.second_derivatives(trial.point.iterate.v, lambda, without)) {
     return Vector::Constant(c.canonical.variables(), kInfinity);
   }
   for (const auto k : indices(without.hessian))
@@ -99,8 +98,7 @@ bool is_stationary_at_end(const CanonicalProblem& canonical, const TrialPoint& t
 bool drop_inactive_multipliers(TestContext& c, TrialPoint& trial) {
   const Iterate& z = trial.point.iterate;
   const Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
-  return lambda == z.lambda || c.canonical.second_derivatives(
-                                   z.v, lambda, trial.point.evaluation) == EvaluationStatus::Ok;
+  return lambda == z.lambda || c.canonical.second_derivatives(z.v, lambda, trial.point.evaluation);
 }
 
 /// Returns a scaling from certain entries of W and the Jacobian only: those that rounding of the
@@ -118,9 +116,9 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
   step += z.v;
   Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
   lambda += multiplier_error(c.canonical, trial, lambda);
-  if (c.canonical.first_derivatives(step, there) == EvaluationStatus::Ok &&
+  if (c.canonical.first_derivatives(step, there) &&
       c.canonical.second_derivatives(step, without_inactive(c.canonical, trial.set, lambda),
-                                     there) == EvaluationStatus::Ok) {
+                                     there)) {
     const auto keep = [](const std::vector<double>& changed, std::vector<double>& values) {
       for (const auto k : indices(values)) {
         if (!(std::abs(changed[k] - values[k]) <= std::abs(values[k]))) values[k] = 0.0;

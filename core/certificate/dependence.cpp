@@ -225,7 +225,7 @@ struct DependenceSearch {
     for (int trial = 0; trial < kPlaces; ++trial) {
       double length = 1.0;
       Vector v = moved(trial, length, of_max);
-      for (int k = 0; canonical.constraints(v, values) != EvaluationStatus::Ok; ++k) {
+      for (int k = 0; !canonical.constraints(v, values); ++k) {
         if (k == kShortenings) return false;
         length *= 0.1;
         v = moved(trial, length, of_max);

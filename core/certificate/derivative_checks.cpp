@@ -171,7 +171,7 @@ struct CornerCheck {
     scratch = point.evaluation;
     Vector& change = arrays.there;
     change = point.iterate.v + shorter * step;
-    if (canonical.first_derivatives(change, scratch) != EvaluationStatus::Ok) return -1;
+    if (!canonical.first_derivatives(change, scratch)) return -1;
     take_gradient(scratch, change);
     change -= arrays.here;
     for (const Index i : indices(step)) {

@@ -110,8 +110,8 @@ struct DirectionSearch {
 
   /// Without f, which corrections do not need.
   bool evaluate(Moved& trial) const {
-    return canonical.constraints(trial.v, trial.evaluation.c) == EvaluationStatus::Ok &&
-           canonical.first_derivatives(trial.v, trial.evaluation) == EvaluationStatus::Ok;
+    return canonical.constraints(trial.v, trial.evaluation.c) &&
+           canonical.first_derivatives(trial.v, trial.evaluation);
   }
 
   /// f with what the violation left over is worth.
@@ -182,8 +182,7 @@ struct DirectionSearch {
       if (!correct(trial, residual)) return arc;
       if (residual <= negligible * scale || !(residual <= kConfirmed * before)) break;
     }
-    if (!(residual <= small * scale) ||
-        canonical.objective(trial.v, trial.evaluation.f) != EvaluationStatus::Ok) {
+    if (!(residual <= small * scale) || !canonical.objective(trial.v, trial.evaluation.f)) {
       return arc;
     }
     arc.reached = is_inside(trial.v, trial.evaluation.c);

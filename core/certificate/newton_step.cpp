@@ -208,9 +208,9 @@ struct ActiveSetNewton {
     for (const Index j : indices(probed))
       probed[j] += (work.dlambda[j] < 0.0 ? -kRelaxation : kRelaxation) * std::abs(probed[j]);
     there = evaluation;
-    if (canonical.constraints(work.trial_v, there.c) != EvaluationStatus::Ok ||
-        canonical.first_derivatives(work.trial_v, there) != EvaluationStatus::Ok ||
-        canonical.second_derivatives(work.trial_v, probed, there) != EvaluationStatus::Ok) {
+    if (!canonical.constraints(work.trial_v, there.c) ||
+        !canonical.first_derivatives(work.trial_v, there) ||
+        !canonical.second_derivatives(work.trial_v, probed, there)) {
       return false;
     }
     work.back_v = -work.trial;
@@ -260,8 +260,7 @@ struct ActiveSetNewton {
       if (!system.is_fixed(i)) v[i] = iterate.v[i] - work.trial[i] + 2.0 * work.dv[i];
     }
     work.end = evaluation;
-    if (canonical.second_derivatives(v, work.probed, work.end) == EvaluationStatus::Ok)
-      compare_hessian(work.end);
+    if (canonical.second_derivatives(v, work.probed, work.end)) compare_hessian(work.end);
   }
 
   void measure_error() {

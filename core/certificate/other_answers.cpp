@@ -89,7 +89,7 @@ bool is_unread(const TestContext& c, const ActiveSetSystem& system, const TrialP
       place[i] += kLittle * generic_entry(k * n + i) * size;
     }
     place = place.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
-    if (c.canonical.first_derivatives(place, there) != EvaluationStatus::Ok) return false;
+    if (!c.canonical.first_derivatives(place, there)) return false;
     Vector slope = Vector::Zero(m + 1), terms = slope;  // of the rows, and f
     const auto add = [&](Index row, double value) {
       slope[row] += value;

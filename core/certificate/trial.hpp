@@ -64,11 +64,11 @@ struct TestContext {
 
   /// Evaluates everything but f at the point's iterate. Few trial points need their value.
   [[nodiscard]] bool evaluate(Point& point) const {
-    return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
-           evaluate_derivatives(canonical, point) == EvaluationStatus::Ok;
+    return canonical.constraints(point.iterate.v, point.evaluation.c) &&
+           evaluate_derivatives(canonical, point);
   }
   [[nodiscard]] bool evaluate_objective(Point& point) const {
-    return canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
+    return canonical.objective(point.iterate.v, point.evaluation.f);
   }
   /// Writes little curvature of the factorized matrices to arrays.curvature, and the row of W that
   /// is wrong along it to wrong_row. lambda: for which the point's W was evaluated. system: null if

@@ -82,11 +82,11 @@ std::optional<std::string> find_wrong_derivative(CanonicalProblem& canonical, bo
   const Eigen::VectorXd v = canonical.starting_point().v;
   const Eigen::VectorXd lambda = canonical.starting_point().lambda;
   Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
-  if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
+  if (!canonical.first_derivatives(v, here)) return {};
   if (auto wrong = find_wrong_gradient(canonical, v, here, "at the last point"); !wrong.empty()) {
     return wrong;
   }
-  if (!has_hessian || canonical.second_derivatives(v, lambda, here) != EvaluationStatus::Ok) {
+  if (!has_hessian || !canonical.second_derivatives(v, lambda, here)) {
     return {};
   }
   const VariableScaling scaling = variable_scaling(canonical, v, here);
@@ -117,7 +117,7 @@ std::string undefined_beside(CanonicalProblem& canonical) {
       there = v;
       for (Index i = x.begin; i < x.begin + count; ++i) there[i] = moved(i, sign);
       double f = 0.0;
-      return canonical.values(there, f, c) == EvaluationStatus::Ok;
+      return canonical.values(there, f, c);
     };
     if (is_defined(x.size()) || !is_defined(0)) continue;
     Index defined = 0, undefined = x.size();  // the first variables moved
@@ -154,8 +154,7 @@ std::string few_digits(CanonicalProblem& canonical) {
                                                  there + kLarge * (there - v)};
   for (const auto k : indices(points)) {
     c[k] = Eigen::VectorXd::Zero(canonical.constraints());
-    if (canonical.objective(points[k], f[k]) != EvaluationStatus::Ok ||
-        canonical.constraints(points[k], c[k]) != EvaluationStatus::Ok) {
+    if (!canonical.objective(points[k], f[k]) || !canonical.constraints(points[k], c[k])) {
       return {};
     }
   }
@@ -233,7 +232,7 @@ std::string wrong_gradient_beside(Problem& problem, const SolverOptions& options
   constexpr double kAside = 1e-3;
   const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, kAside);
   Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
-  if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
+  if (!canonical.first_derivatives(v, here)) return {};
   return find_wrong_gradient(canonical, v, here, "beside the answer");
 }
 

@@ -61,7 +61,7 @@ std::optional<Deviation> compare_second_derivatives(
   // (gradient at v + factor step - gradient at v) / factor; false where undefined.
   const auto difference = [&](double factor, Eigen::VectorXd& quotient) {
     arrays.at = v + factor * step;
-    if (canonical.first_derivatives(arrays.at, arrays.end) != EvaluationStatus::Ok) return false;
+    if (!canonical.first_derivatives(arrays.at, arrays.end)) return false;
     lagrangian_gradient(canonical, arrays.end, lambda, arrays.there);
     quotient = (arrays.there - arrays.here) / factor;
     return true;
@@ -114,7 +114,7 @@ std::optional<MeasuredSlopes> measure_slopes(CanonicalProblem& canonical, const 
   const auto values = [&](double factor, Eigen::VectorXd& to) {
     double f = 0.0;
     Eigen::VectorXd c(m);
-    if (canonical.values(v + factor * share * step, f, c) != EvaluationStatus::Ok) return false;
+    if (!canonical.values(v + factor * share * step, f, c)) return false;
     to << c, f;
     return true;
   };

@@ -110,8 +110,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     }
     void passed(bool dominated) const { owner.count_dominated(dominated); }
     [[nodiscard]] bool complete() const {
-      return owner.has_max() ||
-             evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
+      return owner.has_max() || evaluate_derivatives(owner.canonical_, trial());
     }
 
     void set_trial(const Eigen::VectorXd& direction, double length) {
@@ -211,13 +210,11 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     Point& trial = outer_.trial;
     outer_.set_trial(from, outer_.step, alpha, mu);
     ++run.report.trials;
-    if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok ||
-        evaluate_first_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
+    if (!evaluate_values(canonical_, trial) || !evaluate_first_derivatives(canonical_, trial)) {
       return false;
     }
     const double after = outer_.norm_error(trial, mu);
-    if (!contracts(before, after) ||
-        evaluate_second_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
+    if (!contracts(before, after) || !evaluate_second_derivatives(canonical_, trial)) {
       return false;
     }
     const double contraction = after / before;
@@ -427,15 +424,14 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     Point& trial = outer_.trial;
     outer_.set_trial(from, outer_.step, {both, both}, run.mu);
     ++run.report.trials;
-    if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok ||
-        evaluate_first_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
+    if (!evaluate_values(canonical_, trial) || !evaluate_first_derivatives(canonical_, trial)) {
       return false;
     }
     if (!(outer_.norm_error(trial, run.mu) <=
           parameters::kSoftContraction * outer_.norm_error(from, run.mu))) {
       return false;
     }
-    if (evaluate_second_derivatives(canonical_, trial) != EvaluationStatus::Ok) return false;
+    if (!evaluate_second_derivatives(canonical_, trial)) return false;
     if (has_max() && !outer_.find_trial_direction(run.mu)) return false;
     run.report.alpha = {both, both};
     run.report.kind = StepKind::Soft;
@@ -458,8 +454,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     for (int cuts = 0; cuts < parameters::kHalvings; ++cuts, alpha.primal *= 0.5) {
       outer_.set_trial(*run.here, outer_.step, alpha, run.mu);
       ++run.report.trials;
-      if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok ||
-          evaluate_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
+      if (!evaluate_values(canonical_, trial) || !evaluate_derivatives(canonical_, trial)) {
         continue;
       }
       if (!trial.dual.allFinite()) {  // the multipliers overflow
@@ -486,7 +481,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
       // kappa_resto of [WB, 3.3]
       if (theta > parameters::kProgress * start_theta) return false;
       double f = 0.0;
-      if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
+      if (!canonical_.objective(v, f)) return false;
       return has_max() || filter_.acceptable({theta, barrier_objective(canonical_, v, f, run.mu)});
     };
     Point& restored = outer_.trial;
@@ -534,11 +529,11 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
       multiplier_of(iterate, i, side) = run.mu / distance;
     });
     weigh_copies(canonical_, iterate);
-    bool defined = evaluate_values(canonical_, restored) == EvaluationStatus::Ok &&
-                   evaluate_first_derivatives(canonical_, restored) == EvaluationStatus::Ok;
+    bool defined =
+        evaluate_values(canonical_, restored) && evaluate_first_derivatives(canonical_, restored);
     if (defined) {
       start_multipliers(canonical_, kkt_, options_, restored);
-      defined = evaluate_derivatives(canonical_, restored) == EvaluationStatus::Ok;
+      defined = evaluate_derivatives(canonical_, restored);
     }
     if (!defined) {
       return fail(run, Status::EvaluationFailed,

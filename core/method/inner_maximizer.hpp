@@ -249,7 +249,7 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
     Eigen::VectorXd& corrected_c() const { return owner.corrected_c_; }
 
     Trial merit() const {
-      if (evaluate_values(owner.canonical_, trial()) != EvaluationStatus::Ok) return {};
+      if (!evaluate_values(owner.canonical_, trial())) return {};
       return {.usable = true, .merit = owner.merit(trial(), mu)};
     }
     Trial evaluate(double /*slope*/, StepLength alpha) const {
@@ -269,9 +269,7 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
     }
     Trial evaluate_corrected(double /*slope*/, double /*alpha*/) const { return merit(); }
     static void passed(bool /*dominated*/) {}
-    bool complete() const {
-      return evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
-    }
+    bool complete() const { return evaluate_derivatives(owner.canonical_, trial()); }
 
     void set_trial(const Eigen::VectorXd& along, double length) const {
       Step& d = owner.correction_step_;

@@ -171,14 +171,14 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
   /// value shows it.
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, const Bound& bound) {
     Trial result;
-    if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return result;
+    if (!evaluate_values(canonical_, trial)) return result;
     if (has_max()) {
       // phi(x) is at least the value at any feasible y.
       const Merit least = merit(trial, mu);
       const double upper_bound = bound(alpha, least.theta);
       if (inner.feasible(trial, mu) && least.phi > upper_bound) return result;
       // A trial point must keep a local maximum over y in sight.
-      if (evaluate_derivatives(canonical_, trial) != EvaluationStatus::Ok) return result;
+      if (!evaluate_derivatives(canonical_, trial)) return result;
       if (!find_trial_direction(mu)) return result;
       const double allowed = tolerated_gain(
           parameters::inner::kSlopeShare * alpha * std::abs(slope), merit(trial, mu).phi);

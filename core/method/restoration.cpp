@@ -88,13 +88,13 @@ class RestorationProblem final : public Problem {
   }
   [[nodiscard]] bool constraints(std::span<const double> w, bool, std::span<double> g) override {
     load(w);
-    if (canonical_.constraints(v_, c_) != EvaluationStatus::Ok) return false;
+    if (!canonical_.constraints(v_, c_)) return false;
     for (Index j = 0; j < m_; ++j) g[at(j)] = c_[j] - w[at(n_ + j)] + w[at(n_ + m_ + j)];
     return true;
   }
   [[nodiscard]] bool jacobian(std::span<const double> w, bool, std::span<double> values) override {
     load(w);
-    if (canonical_.first_derivatives(v_, evaluation_) != EvaluationStatus::Ok) return false;
+    if (!canonical_.first_derivatives(v_, evaluation_)) return false;
     auto out = std::copy(evaluation_.jacobian.begin(), evaluation_.jacobian.end(), values.begin());
     for (Index j = 0; j < m_; ++j) {
       if (canonical_.slack_of(j) >= 0) *out++ = -1.0;
@@ -108,7 +108,7 @@ class RestorationProblem final : public Problem {
                              std::span<double> values) override {
     load(w);
     std::copy(lambda.begin(), lambda.end(), lambda_.data());
-    if (canonical_.second_derivatives(v_, lambda_, evaluation_, 0.0) != EvaluationStatus::Ok) {
+    if (!canonical_.second_derivatives(v_, lambda_, evaluation_, 0.0)) {
       return false;
     }
     auto out = std::copy(evaluation_.hessian.begin(), evaluation_.hessian.end(), values.begin());
@@ -127,7 +127,7 @@ class RestorationProblem final : public Problem {
     load(w);
     v = v_;
     c.resize(m_);
-    return canonical_.constraints(v_, c) == EvaluationStatus::Ok;
+    return canonical_.constraints(v_, c);
   }
 
  private:

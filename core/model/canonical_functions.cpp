@@ -37,8 +37,8 @@ bool CanonicalProblem::load(const Eigen::VectorXd& v) {
   };
   copy(map_.x);
   copy(map_.y);
-  if (bad >= 0) evaluation_failure_ = {.function = "the point tried", .col = bad};
-  return bad < 0;
+  return bad < 0 ||
+         fails({.function = "the point tried", .status = Status::EvaluationFailed, .col = bad});
 }
 
 std::string CanonicalProblem::undefined_function(std::string_view function) {
@@ -67,7 +67,7 @@ std::string CanonicalProblem::undefined_function(std::string_view function) {
 std::string CanonicalProblem::evaluation_error() {
   const EvaluationFailure& failure = evaluation_failure_;
   std::string text(failure.function);
-  if (failure.status == EvaluationStatus::Undefined)
+  if (failure.status == Status::EvaluationFailed && failure.row < 0 && failure.col < 0)
     return undefined_function(failure.function) + " is undefined";
   const auto name = [&](Index variable) { return variable_name(model_variable(variable)); };
   if (failure.row >= 0 && failure.col >= 0) text += " of " + row_name(failure.row);
@@ -81,24 +81,24 @@ std::string CanonicalProblem::evaluation_error() {
   return text;
 }
 
-EvaluationStatus CanonicalProblem::objective(const Eigen::VectorXd& v, double& f) {
+bool CanonicalProblem::objective(const Eigen::VectorXd& v, double& f) {
   const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
+  if (!load(v)) return false;
   ++counts_.objective;
   double value = 0.0;
   if (!ask([&] { return problem_.objective(model_v_, take_new_point(), value); }))
     return undefined("the objective");
-  if (!std::isfinite(value)) return not_finite({.function = "the objective"});
+  if (!std::isfinite(value)) return fails({.function = "the objective"});
   objective_point_ = model_v_;
   objective_value_ = value;
   f = objective_scale_ * value;
-  return EvaluationStatus::Ok;
+  return true;
 }
 
-EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+bool CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
   const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
-  if (constraints() == 0) return EvaluationStatus::Ok;
+  if (!load(v)) return false;
+  if (constraints() == 0) return true;
   if (!model_g_.empty()) {  // else all rows fix a variable
     ++counts_.constraints;
     constraints_point_.clear();
@@ -110,7 +110,7 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
     const Index fixed = map_.fixing_variable[j];
     const double value =
         fixed >= 0 ? v[fixed] / variable_scale(fixed) : model_g_[model_constraint(j)];
-    if (!std::isfinite(value)) return not_finite({.function = "the constraint function", .row = j});
+    if (!std::isfinite(value)) return fails({.function = "the constraint function", .row = j});
     const Index slack = slack_of(j);
     c[j] = constraint_scale(j) * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
   }
@@ -118,18 +118,16 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
     constraints_point_ = model_v_;
     constraint_values_ = model_g_;
   }
-  return EvaluationStatus::Ok;
+  return true;
 }
 
-EvaluationStatus CanonicalProblem::values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c) {
-  const EvaluationStatus status = objective(v, f);
-  return status == EvaluationStatus::Ok ? constraints(v, c) : status;
+bool CanonicalProblem::values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c) {
+  return objective(v, f) && constraints(v, c);
 }
 
-EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
-                                                     Evaluation& evaluation) {
+bool CanonicalProblem::first_derivatives(const Eigen::VectorXd& v, Evaluation& evaluation) {
   const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
+  if (!load(v)) return false;
   evaluation.jacobian_call = 0;
   ++counts_.gradient;
   if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
@@ -143,13 +141,13 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
     }
     const double value = model_gradient_[model];
     if (!std::isfinite(value)) {
-      return not_finite({.function = "the gradient of the objective", .col = i});
+      return fails({.function = "the gradient of the objective", .col = i});
     }
     evaluation.gradient[i] = objective_scale_ * value / variable_scale(i);
   }
   if (constraints() == 0) {
     evaluation.jacobian_call = ++derivative_calls_;
-    return EvaluationStatus::Ok;
+    return true;
   }
   if (!model_g_.empty()) {
     ++counts_.jacobian;
@@ -164,28 +162,26 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
   for (const auto k : indices(map_.jacobian)) {
     const double value = source[k] >= 0 ? given[source[k]] : 1.0;
     if (!(std::abs(value) <= kLargest)) {
-      return not_finite(
+      return fails(
           {.function = "the Jacobian", .row = map_.jacobian[k].row, .col = map_.jacobian[k].col});
     }
     jacobian[k] = scale[k] * value;
   }
   evaluation.jacobian_call = ++derivative_calls_;
-  return EvaluationStatus::Ok;
+  return true;
 }
 
-EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
-                                                      const Eigen::VectorXd& lambda,
-                                                      Evaluation& evaluation,
-                                                      double objective_factor) {
+bool CanonicalProblem::second_derivatives(const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
+                                          Evaluation& evaluation, double objective_factor) {
   const ScopedTimer timer(timing_.evaluations);
-  if (!load(v)) return EvaluationStatus::Undefined;
+  if (!load(v)) return false;
   if (quasi_newton_) {
     evaluation.low_rank = quasi_newton_->update(*this, v, lambda, evaluation);
     evaluation.hessian_call = ++derivative_calls_;
-    return EvaluationStatus::Ok;
+    return true;
   }
   evaluation.hessian_call = 0;
-  if (!load_multipliers(lambda)) return EvaluationStatus::Undefined;
+  if (!load_multipliers(lambda)) return false;
   ++counts_.hessian;
   if (!ask([&] {
         return problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
@@ -200,9 +196,9 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
   for (std::size_t k = 0; k < entries; ++k) {
     const double value = given[source[k]];
     if (!(std::abs(value) <= kLargest)) {
-      return not_finite({.function = "the Hessian of the Lagrangian",
-                         .col = map_.hessian[k].row,
-                         .other_col = map_.hessian[k].col});
+      return fails({.function = "the Hessian of the Lagrangian",
+                    .col = map_.hessian[k].row,
+                    .other_col = map_.hessian[k].col});
     }
     hessian[k] = value;
   }
@@ -210,14 +206,7 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
     for (std::size_t k = 0; k < entries; ++k) hessian[k] *= hessian_scale_[k];
   }
   evaluation.hessian_call = ++derivative_calls_;
-  return EvaluationStatus::Ok;
-}
-
-EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
-                                               const Eigen::VectorXd& lambda,
-                                               Evaluation& evaluation) {
-  const EvaluationStatus status = first_derivatives(v, evaluation);
-  return status == EvaluationStatus::Ok ? second_derivatives(v, lambda, evaluation) : status;
+  return true;
 }
 
 bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
@@ -226,8 +215,8 @@ bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
     model_lambda_[model] = constraint_scale(j) * lambda[j];
     if (!std::isfinite(model_lambda_[model])) bad = j;
   });
-  if (bad >= 0) evaluation_failure_ = {.function = "the multiplier", .row = bad};
-  return bad < 0;
+  return bad < 0 ||
+         fails({.function = "the multiplier", .status = Status::EvaluationFailed, .row = bad});
 }
 
 std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::VectorXd& v,

@@ -24,14 +24,6 @@ namespace ipminmax {
 
 class TimeLimit;
 
-/// What an evaluation of the model gave.
-enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
-
-/// How a solve ends that cannot go on without an evaluation that gave this, not Ok.
-[[nodiscard]] inline Status status_of(EvaluationStatus failed) {
-  return failed == EvaluationStatus::NotFinite ? Status::InvalidNumber : Status::EvaluationFailed;
-}
-
 /// Factors of a gradient-based scaling with the options that they were made with.
 struct GradientScaling {
   double objective = 1.0;     ///< obj_scaling_factor not included
@@ -178,23 +170,18 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   /// Sets the slacks from c evaluated with the slacks at zero.
   void start_slacks(Iterate& start, const Eigen::VectorXd& c) const;
 
-  [[nodiscard]] EvaluationStatus objective(const Eigen::VectorXd& v, double& f);
+  /// The functions at a point. False: undefined there, or not finite; evaluation_error says which.
+  [[nodiscard]] bool objective(const Eigen::VectorXd& v, double& f);
   /// c, slacks included.
-  [[nodiscard]] EvaluationStatus constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c);
+  [[nodiscard]] bool constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c);
   /// Objective and constraints.
-  [[nodiscard]] EvaluationStatus values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c);
+  [[nodiscard]] bool values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c);
   /// Gradient and Jacobian.
-  [[nodiscard]] EvaluationStatus first_derivatives(const Eigen::VectorXd& v,
-                                                   Evaluation& evaluation);
+  [[nodiscard]] bool first_derivatives(const Eigen::VectorXd& v, Evaluation& evaluation);
   /// Of a minimization with limited-memory Hessian: from the first derivatives there, which have to
   /// be in the evaluation.
-  [[nodiscard]] EvaluationStatus second_derivatives(const Eigen::VectorXd& v,
-                                                    const Eigen::VectorXd& lambda,
-                                                    Evaluation& evaluation,
-                                                    double objective_factor = 1.0);
-  /// First and second derivatives.
-  [[nodiscard]] EvaluationStatus derivatives(const Eigen::VectorXd& v,
-                                             const Eigen::VectorXd& lambda, Evaluation& evaluation);
+  [[nodiscard]] bool second_derivatives(const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
+                                        Evaluation& evaluation, double objective_factor = 1.0);
   /// Diagonal R with -R <= error of the Hessian of f + lambda' c <= R as quadratic forms, per
   /// canonical variable; infinite where unknown. Empty: exact up to rounding.
   [[nodiscard]] std::optional<Eigen::VectorXd> hessian_error(const Eigen::VectorXd& v,
@@ -204,8 +191,10 @@ class CanonicalProblem : Kept<CanonicalArrays> {
     static_cast<void>(load(v));
     return model_v_;
   }
-  /// Names the function and entry of the last evaluation that was not Ok.
+  /// Names the function and entry of the last evaluation that failed.
   [[nodiscard]] std::string evaluation_error();
+  /// How a solve ends that cannot go on without it: EvaluationFailed or InvalidNumber.
+  [[nodiscard]] Status evaluation_status() const { return evaluation_failure_.status; }
 
   /// Whether a call of the model has begun and not ended: an exception on its way is the model's.
   [[nodiscard]] bool inside_model() const { return inside_model_; }
@@ -298,20 +287,19 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   /// The model's function and entry that failed; the text is made when it is asked for.
   struct EvaluationFailure {
     std::string_view function{};
-    EvaluationStatus status = EvaluationStatus::NotFinite;
+    Status status = Status::InvalidNumber;
     Index row = -1;  ///< canonical constraint
     Index col = -1;  ///< canonical variables
     Index other_col = -1;
   };
-  EvaluationStatus not_finite(const EvaluationFailure& failure) {
+  bool fails(const EvaluationFailure& failure) {
     evaluation_failure_ = failure;
-    return EvaluationStatus::NotFinite;
+    return false;
   }
   /// How messages call it: by the first constraint that is undefined, where that can be told.
   std::string undefined_function(std::string_view function);
-  EvaluationStatus undefined(std::string_view function) {
-    evaluation_failure_ = {.function = function, .status = EvaluationStatus::Undefined};
-    return EvaluationStatus::Undefined;
+  bool undefined(std::string_view function) {
+    return fails({.function = function, .status = Status::EvaluationFailed});
   }
   [[nodiscard]] std::string fail(Status status, std::string message);
 

@@ -77,24 +77,19 @@ class AlgorithmOne final : public StepMethod, MethodContext {
         largest_step(canonical_, from.iterate, step_, boundary_fraction(mu, options_));
     // One step length for everything, as in Algorithm 1.
     alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
-    EvaluationStatus status = EvaluationStatus::Ok;
+    bool defined = false;
     for (report.trials = 1; report.trials <= parameters::kHalvings; ++report.trials) {
       to.iterate = from.iterate;
       advance(canonical_, step_, alpha, to.iterate);
-      status = evaluate_values(canonical_, to);
-      if (status == EvaluationStatus::Ok) break;
+      defined = evaluate_values(canonical_, to);
+      if (defined) break;
       alpha.primal = alpha.dual = 0.5 * alpha.primal;
     }
-    if (status != EvaluationStatus::Ok) {
-      fail(status, "at every point tried along the step", report);
-      return false;
-    }
+    if (!defined) return fail("at every point tried along the step", report);
     report.alpha = alpha;
     report.step_norm = max_norm(step_.v);
     clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
-    status = evaluate_derivatives(canonical_, to);
-    if (status != EvaluationStatus::Ok) fail(status, "at an iterate", report);
-    return status == EvaluationStatus::Ok;
+    return evaluate_derivatives(canonical_, to) || fail("at an iterate", report);
   }
 
   [[nodiscard]] bool watched_step(const Point& from, double mu, Point& to, StepReport& report) {
@@ -139,8 +134,10 @@ class AlgorithmOne final : public StepMethod, MethodContext {
     return true;
   }
 
-  void fail(EvaluationStatus status, std::string_view where, StepReport& report) const {
-    report.fail(status_of(status), canonical_.evaluation_error() + " " + std::string(where));
+  bool fail(std::string_view where, StepReport& report) const {
+    report.fail(canonical_.evaluation_status(),
+                canonical_.evaluation_error() + " " + std::string(where));
+    return false;
   }
 
   NewtonResidual rhs_;

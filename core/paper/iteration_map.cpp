@@ -56,13 +56,11 @@ void split_slack_multipliers(const CanonicalProblem& canonical, double mu, Itera
 std::string evaluate(CanonicalProblem& canonical, const SolverOptions& options, double mu,
                      Point& point) {
   begin_at(canonical, canonical.starting_point(), point);
-  const auto undefined = [&](EvaluationStatus status) { return status != EvaluationStatus::Ok; };
-  if (undefined(evaluate_values(canonical, point))) return canonical.evaluation_error();
+  if (!evaluate_values(canonical, point)) return canonical.evaluation_error();
   canonical.start_slacks(point.iterate, point.evaluation.c);
   start_bound_multipliers(canonical, options, point.iterate);
   split_slack_multipliers(canonical, mu, point.iterate);
-  const bool defined = !undefined(evaluate_values(canonical, point)) &&
-                       !undefined(evaluate_derivatives(canonical, point));
+  const bool defined = evaluate_values(canonical, point) && evaluate_derivatives(canonical, point);
   return defined ? std::string() : canonical.evaluation_error();
 }
 

@@ -26,33 +26,31 @@ void begin_at(const CanonicalProblem& canonical, const Iterate& iterate, Point& 
   point.dual.setZero(canonical.variables());
 }
 
-EvaluationStatus evaluate_values(CanonicalProblem& canonical, Point& point) {
+bool evaluate_values(CanonicalProblem& canonical, Point& point) {
   return canonical.values(point.iterate.v, point.evaluation.f, point.evaluation.c);
 }
 
-EvaluationStatus evaluate_first_derivatives(CanonicalProblem& canonical, Point& point) {
-  const auto status = canonical.first_derivatives(point.iterate.v, point.evaluation);
-  if (status == EvaluationStatus::Ok) renew_dual(canonical, point);
-  return status;
+bool evaluate_first_derivatives(CanonicalProblem& canonical, Point& point) {
+  if (!canonical.first_derivatives(point.iterate.v, point.evaluation)) return false;
+  renew_dual(canonical, point);
+  return true;
 }
 
-EvaluationStatus evaluate_second_derivatives(CanonicalProblem& canonical, Point& point) {
+bool evaluate_second_derivatives(CanonicalProblem& canonical, Point& point) {
   return canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation);
 }
 
-EvaluationStatus evaluate_derivatives(CanonicalProblem& canonical, Point& point) {
-  const auto status =
-      canonical.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation);
-  if (status == EvaluationStatus::Ok) renew_dual(canonical, point);
-  return status;
+bool evaluate_derivatives(CanonicalProblem& canonical, Point& point) {
+  return evaluate_first_derivatives(canonical, point) &&
+         evaluate_second_derivatives(canonical, point);
 }
 
 void evaluate_where_defined(CanonicalProblem& canonical, Point& point) {
   const Eigen::VectorXd& v = point.iterate.v;
   Evaluation& e = point.evaluation;
-  if (canonical.objective(v, e.f) != EvaluationStatus::Ok) e.f = kNaN;
-  if (canonical.constraints(v, e.c) != EvaluationStatus::Ok) e.c.setConstant(kNaN);
-  if (canonical.first_derivatives(v, e) != EvaluationStatus::Ok) {
+  if (!canonical.objective(v, e.f)) e.f = kNaN;
+  if (!canonical.constraints(v, e.c)) e.c.setConstant(kNaN);
+  if (!canonical.first_derivatives(v, e)) {
     e.gradient.setConstant(kNaN);
     std::ranges::fill(e.jacobian, kNaN);
   }

@@ -15,14 +15,12 @@ namespace ipminmax {
 void begin_at(const CanonicalProblem& canonical, const Iterate& iterate, Point& point);
 
 /// Objective and constraints at the point.
-[[nodiscard]] EvaluationStatus evaluate_values(CanonicalProblem& canonical, Point& point);
+[[nodiscard]] bool evaluate_values(CanonicalProblem& canonical, Point& point);
 /// First derivatives at the point, and dual with them.
-[[nodiscard]] EvaluationStatus evaluate_first_derivatives(CanonicalProblem& canonical,
-                                                          Point& point);
-[[nodiscard]] EvaluationStatus evaluate_second_derivatives(CanonicalProblem& canonical,
-                                                           Point& point);
+[[nodiscard]] bool evaluate_first_derivatives(CanonicalProblem& canonical, Point& point);
+[[nodiscard]] bool evaluate_second_derivatives(CanonicalProblem& canonical, Point& point);
 /// First and second derivatives at the point, and dual with them.
-[[nodiscard]] EvaluationStatus evaluate_derivatives(CanonicalProblem& canonical, Point& point);
+[[nodiscard]] bool evaluate_derivatives(CanonicalProblem& canonical, Point& point);
 /// Values and first derivatives at the point, and dual with them; NaN what is undefined there.
 void evaluate_where_defined(CanonicalProblem& canonical, Point& point);
 

@@ -48,7 +48,7 @@ bool gets_better(CanonicalProblem& canonical, const Point& point, const Eigen::V
     part(far, variables) += factor * part(step, variables);
     far = far.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
     double f = 0.0;
-    if (canonical.objective(far, f) != EvaluationStatus::Ok) return true;
+    if (!canonical.objective(far, f)) return true;
     // A step carries the rounding of v and of its linear system, so opposite terms of f cancel no
     // better.
     const ValueRange range{
@@ -73,8 +73,7 @@ bool newton_step(const MethodContext& context, double mu, Point& point, NewtonRe
   advance(canonical, step,
           largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options_)),
           point.iterate);
-  if (evaluate_values(canonical, point) != EvaluationStatus::Ok ||
-      evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) {
+  if (!evaluate_values(canonical, point) || !evaluate_derivatives(canonical, point)) {
     return false;
   }
   measure(canonical, context.options_, point);
@@ -88,7 +87,7 @@ bool has_died_out(CanonicalProblem& canonical, const Point& point) {
   if (here.empty() || !std::ranges::all_of(here, vanishes)) return false;
   Evaluation at_start = point.evaluation;
   return canonical.second_derivatives(canonical.starting_point().v, point.iterate.lambda,
-                                      at_start) == EvaluationStatus::Ok &&
+                                      at_start) &&
          !std::ranges::all_of(at_start.hessian, vanishes);
 }
 
@@ -107,8 +106,7 @@ bool has_outgrown_start(const MethodContext& context, const Point& point, IndexR
   }
   if (!has_room) return false;
   Evaluation first = point.evaluation;
-  if (canonical.objective(start, first.f) != EvaluationStatus::Ok ||
-      canonical.first_derivatives(start, first) != EvaluationStatus::Ok) {
+  if (!canonical.objective(start, first.f) || !canonical.first_derivatives(start, first)) {
     return false;
   }
   const double promised = std::abs(first.f) + first.gradient.cwiseAbs().dot((v - start).cwiseAbs());
@@ -127,7 +125,7 @@ bool is_quadratic_in_y(CanonicalProblem& canonical, const Point& from) {
   way.tail(way.size() - y.end).setZero();
   Point there = from;
   there.iterate.v += way;
-  if (evaluate_first_derivatives(canonical, there) != EvaluationStatus::Ok) return false;
+  if (!evaluate_first_derivatives(canonical, there)) return false;
   Eigen::VectorXd change = Eigen::VectorXd::Zero(way.size());
   add_hessian_product(canonical, from.evaluation, way, change);
   const auto terms = of_y(there.evaluation.gradient).abs() + of_y(change).abs();
@@ -217,9 +215,7 @@ bool is_on_plateau(const MethodContext& context, const Point& found, double mu) 
   CanonicalProblem& canonical = context.canonical_;
   KktSystem& kkt = context.kkt_;
   Point there = found;
-  if (evaluate_derivatives(canonical, there) != EvaluationStatus::Ok ||
-      is_quadratic_in_y(canonical, there))
-    return false;
+  if (!evaluate_derivatives(canonical, there) || is_quadratic_in_y(canonical, there)) return false;
   const Evaluation matrix = there.evaluation;
   kkt.assemble_inner(there.iterate, matrix);
   const Regularization shift{.proximal_y = kkt.proximal_curvature(matrix, parameters::kZero)};

@@ -61,7 +61,7 @@ class Observation : MethodContext, Uncopied {
     info.iteration = budget_.iteration + 1;
     info.factorizations_full = info.factorizations_inner = 0;
     double f = kNaN;
-    if (canonical_.objective(v, f) != EvaluationStatus::Ok) {
+    if (!canonical_.objective(v, f)) {
       f = kNaN;
     }
     info.objective = canonical_.unscaled_objective(f);

@@ -144,10 +144,11 @@ class Solve {
       Start& first = arrays_.search.start;
       first = Start{.point = std::move(first.point)};  // for its room
       begin_at(canonical_, canonical_.starting_point(), first.point);
-      if (const auto status = evaluate_start(*context_, options_, first.point)) {
+      if (!evaluate_start(*context_, options_, first.point)) {
+        const Status status = canonical_.evaluation_status();
         Result result =
-            without_point(*status, canonical_.evaluation_error() + " at the starting point");
-        keep_work(*status);
+            without_point(status, canonical_.evaluation_error() + " at the starting point");
+        keep_work(status);
         return result;
       }
       return finish(search_all(first));
@@ -227,7 +228,7 @@ class Solve {
                 .how = StepKind::NewStart};
     correction_->begin_anew();
     kkt_->reset_quality();
-    if (evaluate_start(*context_, cold, start.point) || !barrier_->change_rule(start.point)) {
+    if (!evaluate_start(*context_, cold, start.point) || !barrier_->change_rule(start.point)) {
       return std::nullopt;
     }
     rule_changed_ = true;

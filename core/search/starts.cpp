@@ -14,11 +14,9 @@ namespace restart = parameters::restart;
 
 }  // namespace
 
-std::optional<Status> evaluate_start(const MethodContext& context, const SolverOptions& options,
-                                     Point& point) {
+bool evaluate_start(const MethodContext& context, const SolverOptions& options, Point& point) {
   CanonicalProblem& canonical = context.canonical_;
-  auto status = evaluate_values(canonical, point);
-  if (status != EvaluationStatus::Ok) return status_of(status);
+  if (!evaluate_values(canonical, point)) return false;
   canonical.start_slacks(point.iterate, point.evaluation.c);
   for (Index j = 0; j < canonical.constraints(); ++j) {
     if (const Index s = canonical.slack_of(j); s >= 0) {
@@ -27,14 +25,12 @@ std::optional<Status> evaluate_start(const MethodContext& context, const SolverO
   }
   start_bound_multipliers(canonical, options, point.iterate);
   canonical.keep_distances(point.iterate, options.mu_init);
-  status = evaluate_first_derivatives(canonical, point);
-  if (status != EvaluationStatus::Ok) return status_of(status);
+  if (!evaluate_first_derivatives(canonical, point)) return false;
   if (!options.warm_start_init_point && !context.limit_.expired())
     start_multipliers(canonical, context.kkt_, options, point);
-  status = evaluate_second_derivatives(canonical, point);
-  if (status != EvaluationStatus::Ok) return status_of(status);
+  if (!evaluate_second_derivatives(canonical, point)) return false;
   measure_anew(canonical, options, point);
-  return std::nullopt;
+  return true;
 }
 
 std::optional<Start> OtherStarts::next() {
@@ -51,7 +47,7 @@ std::optional<Start> OtherStarts::next() {
   while (drawn_ < options_.minmax_max_restarts && iteration - first_iteration_ < most_iterations_) {
     Point point = unevaluated_point(
         canonical_, restart_point(canonical_, canonical_.starting_point(), ++drawn_));
-    if (evaluate_start(*this, cold, point)) continue;
+    if (!evaluate_start(*this, cold, point)) continue;
     Start start{.point = std::move(point), .how = StepKind::NewStart};
     // Undirected steps search a box well, and lead to infinity elsewhere.
     if (drawn_ % 2 != 0 && is_box(canonical_)) {

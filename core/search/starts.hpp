@@ -11,8 +11,8 @@ namespace ipminmax {
 /// Evaluates and measures a starting point, of which v without slacks is given and for a warm start
 /// the multipliers: slacks, multipliers, functions and derivatives. A status: why that is
 /// impossible; CanonicalProblem::evaluation_error says more.
-[[nodiscard]] std::optional<Status> evaluate_start(const MethodContext& context,
-                                                   const SolverOptions& options, Point& point);
+[[nodiscard]] bool evaluate_start(const MethodContext& context, const SolverOptions& options,
+                                  Point& point);
 
 /// An iteration before which a search ends, and how.
 struct Deadline {

@@ -106,7 +106,7 @@ std::vector<double> lengths_of(Problem& problem, const ProblemStructure& structu
     }
   };
   visit([&](Index i, std::size_t place) { point.iterate.v[i] = v[place]; });
-  if (evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) return lengths;
+  if (!evaluate_derivatives(canonical, point)) return lengths;
   const VariableScaling scaling = variable_scaling(canonical, point.iterate.v, point.evaluation);
   visit([&](Index i, std::size_t place) { lengths[place] = scaling.variable[i]; });
   for (Index j = 0; j < canonical.constraints(); ++j) {

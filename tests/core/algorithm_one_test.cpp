@@ -386,7 +386,7 @@ TEST(PaperExample1, AtTheMaximumAlgorithm1StaysForEver) {
                           .counts_ = counts});
   Point point = unevaluated_point(canonical, canonical.starting_point());
   Point next = point;
-  ASSERT_EQ(evaluate_derivatives(canonical, point), EvaluationStatus::Ok);
+  ASSERT_TRUE(evaluate_derivatives(canonical, point));
   for (int k = 0; k < 100; ++k) {
     const StepReport report = algorithm.step(point, 0.1, next);
     ASSERT_TRUE(report.moved && !report.failure);

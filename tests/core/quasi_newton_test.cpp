@@ -161,7 +161,7 @@ TEST(QuasiNewton, IsTheMatrixOfTheLastSixPairs) {
   for (int k = 0; k < 9; ++k) {
     VectorXd at(n);
     for (Index i = 0; i < n; ++i) at[i] = 1.0 + 0.3 * std::sin(1.0 + 2.0 * k + 1.7 * i);
-    ASSERT_EQ(canonical.first_derivatives(at, e), EvaluationStatus::Ok);
+    ASSERT_TRUE(canonical.first_derivatives(at, e));
     b = quasi_newton.update(canonical, at, lambda, e);
     gradient = e.gradient.head(4);
     gradient[0] += 0.5 * 2.0 * at[0];
