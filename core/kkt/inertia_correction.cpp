@@ -162,11 +162,17 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
       dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
-    if (raises >= kRaisesInVain && shift.lambda_x > 0.0 && shift.lambda_x < multiplier_shift(mu)) {
-      shift.lambda_x = multiplier_shift(mu);  // the share is too small for these rows
-      stuck_.small_share = false;
-      shift.x = 0.0;
-      continue;
+    const bool is_share = shift.lambda_x > 0.0 && shift.lambda_x < multiplier_shift(mu);
+    const bool at_once = raises == 0 && kkt_.layout().x_slacks == 0;  // inequalities may need it
+    if (is_share && (at_once || raises >= kRaisesInVain)) {
+      Regularization whole = shift;
+      whole.x = 0.0;
+      whole.lambda_x = multiplier_shift(mu);
+      if (!at_once || is_right(whole)) {  // the share is too small for these rows
+        shift = whole;
+        stuck_.small_share = false;
+        continue;
+      }
     }
     shift.x = next_shift(shift.x, last_.x);
     if (shift.x > options_.max_hessian_perturbation) return false;
