@@ -73,6 +73,29 @@ class Forms(unittest.TestCase):
         result = minimize_minmax(lambda x, y: (fun(x, y), gradient(x, y)), [3.0], [0.1], jac=True)
         np.testing.assert_allclose([*result.x, *result.y], [0.8, 0.4], atol=1e-7)
 
+    def test_parts_that_are_columns_or_missing(self):
+        def both(x, y):
+            return x @ x - x.sum() + x.sum() * y[0] - y[0] ** 2
+
+        def to_x(x, y):
+            return 2.0 * x - 1.0 + y[0]
+        for part in ((2, 1), (1, 2), (2,)):
+            result = minimize_minmax(both, [0.5, 0.1], [0.1], jac=lambda x, y: (
+                to_x(x, y).reshape(part), np.array([[x.sum() - 2.0 * y[0]]])))
+            self.assertAlmostEqual(result.fun, -1.0 / 3.0, places=6)
+        missing = minimize_minmax(both, [0.5, 0.1], [0.1], jac=lambda x, y: (to_x(x, y), None), check_derivatives=False)
+        self.assertFalse(missing.success)  # None is not zero
+        with self.assertRaisesRegex(ValueError, r"part of jac of constraints\[0\] to y"):
+            minimize_minmax(both, [0.5, 0.1], [0.1], constraints=Constraint(lambda x, y: x, jac=lambda x, y: (np.eye(2), None)))
+
+    def test_players_in_columns_and_no_names(self):
+        for column in ([[0], [1]], np.array([[0], [1]])):
+            there = problem(players=column, constraint_players=column[:1], names=[], constraint_names=())
+            there.add_option("print_level", 0)
+            v, info = there.solve([3.0, 0.1])
+            np.testing.assert_allclose(v, [0.8, 0.4], atol=1e-6)
+            self.assertEqual(info["iterations"], info["statistics"]["iterations"])
+
     def test_constraints_as_tuples_of_blocks(self):
         """Two rows, two variables in y: flattened one after the other the blocks would be scrambled."""
         def g(x, y):
