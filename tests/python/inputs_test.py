@@ -83,8 +83,8 @@ class Forms(unittest.TestCase):
             result = minimize_minmax(both, [0.5, 0.1], [0.1], jac=lambda x, y: (
                 to_x(x, y).reshape(part), np.array([[x.sum() - 2.0 * y[0]]])))
             self.assertAlmostEqual(result.fun, -1.0 / 3.0, places=6)
-        missing = minimize_minmax(both, [0.5, 0.1], [0.1], jac=lambda x, y: (to_x(x, y), None), check_derivatives=False)
-        self.assertFalse(missing.success)  # None is not zero
+        with self.assertRaisesRegex(ValueError, "part of jac to y is None"):  # and not zero
+            minimize_minmax(both, [0.5, 0.1], [0.1], jac=lambda x, y: (to_x(x, y), None), check_derivatives=False)
         with self.assertRaisesRegex(ValueError, r"part of jac of constraints\[0\] to y"):
             minimize_minmax(both, [0.5, 0.1], [0.1], constraints=Constraint(lambda x, y: x, jac=lambda x, y: (np.eye(2), None)))
 
@@ -161,14 +161,14 @@ class Refused(unittest.TestCase):
         for arguments, message in (
                 (dict(fun=3), "fun is 3"), (dict(fun=lambda x, y: None), "fun returned None"),
                 (dict(fun=lambda x, y: [1.0, 2.0]), "fun returned 2 values"),
-                (dict(fun=lambda x, y: "a"), "fun returned 'a'"),
-                (dict(fun=lambda x, y: 1j), "fun returned complex"),
+                (dict(fun=lambda x, y: "a"), "fun returned must be real numbers, not 'a'"),
+                (dict(fun=lambda x, y: 1j), "fun returned must be real numbers, not 1j"),
                 (dict(x0="a"), "x0 must be real"), (dict(x0=[np.nan]), r"x0\[0\] is nan"),
                 (dict(y0=[np.inf]), r"y0\[0\] is inf"), (dict(y0=[[1.0]]), "y0 has shape"),
                 (dict(x0=[1j]), "x0 must be real"), (dict(x0=[], y0=[]), "x0 and y0 are empty"),
                 (dict(jac=3), "jac is 3"), (dict(jac="exact"), "jac is 'exact'"),
                 (dict(jac=True), "jac is True"), (dict(jac=lambda x, y: [1.0]), "jac returned 1"),
-                (dict(jac=lambda x, y: ([1.0, 2.0], [3.0])), "jac returned parts"),
+                (dict(jac=lambda x, y: ([1.0, 2.0], [3.0])), "part of jac to x has shape"),
                 (dict(jac=lambda x, y: ["a", "b"]), "jac returned must be real"),
                 (dict(hess="2-point"), "hess is '2-point'"),
                 (dict(hess=lambda x, y: np.eye(3)), "hess has shape"),

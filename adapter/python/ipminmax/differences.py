@@ -281,21 +281,18 @@ class Derivative:
 
 def check_given(function: Function, derivative: Function, v: Vector, box: Box,
                 name: Callable[[int], str], variable: Callable[[int], str] = "variable {}".format) -> Optional[str]:
-    """Checks a derivative (rows: values, or one row) at v along one random direction, by three more calls
-    of the function. Returns what is wrong, or None."""
+    """Checks a derivative (rows: values, or one row, or a function of a direction) at v along one random direction, by
+    three more calls of the function. Returns what is wrong, or None."""
     random = np.random.default_rng(271828)
     try:
         function(v)  # what fails at v itself is raised, as the solver would
         given = derivative(v)
     except ArithmeticError:  # undefined
         return None
-    matrix = given if hasattr(given, "__matmul__") and not isinstance(given, np.ndarray) else (np.atleast_2d(given))
-    if getattr(matrix, "shape", (0, v.size))[-1] != v.size:
+    matrix = given if callable(given) or hasattr(given, "tocoo") else np.atleast_2d(given)
+    if not callable(given) and matrix.shape[-1] != v.size:
         return None  # the solver says so
-
-    def along(direction: Vector) -> Vector:
-        return np.asarray(matrix @ direction, dtype=float).ravel()
-
+    along = given if callable(given) else lambda direction: np.asarray(matrix @ direction, dtype=float).ravel()
     direction = random.uniform(0.5, 1.0, v.size) * random.choice([-1.0, 1.0], v.size)
     if isinstance(matrix, np.ndarray) and matrix.size and np.all(np.isfinite(matrix)):
         # A variable whose length is far too large must not hide the others.
@@ -305,13 +302,10 @@ def check_given(function: Function, derivative: Function, v: Vector, box: Box,
     found = mismatch(function, along, v, direction, box)
     if found is None:
         return None
-    row, claimed, slope, _ = found
     for j in random.permutation(v.size)[:1000]:  # which variable it is
-        unit = np.zeros(v.size)
-        unit[j] = 1.0
-        alone = mismatch(function, along, v, unit, box)
+        alone = mismatch(function, along, v, np.eye(1, v.size, j)[0], box)
         if alone is not None:
-            row, claimed, slope, along = alone
-            return (f"{name(row)} has the derivative {claimed / along[j]:.6g} to {variable(int(j))}, "
-                    f"but differences give {slope / along[j]:.6g}")
-    return (f"{name(row)} has the slope {claimed:.6g} along a direction, but differences give {slope:.6g}")
+            row, claimed, slope, moved = alone
+            return (f"{name(row)} has the derivative {claimed / moved[j]:.6g} to {variable(int(j))}, "
+                    f"but differences give {slope / moved[j]:.6g}")
+    return f"{name(found[0])} has the slope {found[1]:.6g} along a direction, but differences give {found[2]:.6g}"

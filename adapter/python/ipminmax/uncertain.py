@@ -9,8 +9,8 @@ import numpy as np
 from .certificate import Certificate
 from .constraints import Constraint, LinearConstraint, Row, read_bounds, read_constraint
 from .differences import DerivativeWarning, Vector
-from .minimize import _number, _start, minimize_minmax
-from .problem import to_floats
+from .minimize import _number, _start, minimize_minmax, read_names
+from .problem import to_floats, to_function
 from .recourse import Policy, Recourse
 from .result import MinmaxResult, WorstCase
 from .sets import UncertaintySet
@@ -492,7 +492,7 @@ def _add_constraints(model: _Model, constraints: Sequence[Any]) -> List[Row]:
             row.fun = lambda *p, of=row.fun: of(*p[:2])
         f = model.function(row.fun if row.matrix is not None else model.counted(row.fun), row.name, row.jac, row.hess)
         row.size = f.value(model.start, model.w0, 0).size
-        row.lb, row.ub = row.bounds(row.size)
+        row.lb, row.ub = row.bounds()
         if row.player == "max" and len(model.scenarios) > 1:
             raise ValueError(f"{row.name} is the maximizer's, which a set with Discrete points cannot have: leave "
                              "out the points that it excludes")
@@ -533,21 +533,17 @@ def _add_objective(model: _Model, f: _Function) -> Tuple[_Function, bool]:
 
 
 def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: Any, hess: Any, bounds_x: Any,
-                      constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool,
-                      given: Any, recourse: Optional[Recourse], exact: bool, names: Dict[str, Any]) -> RobustResult:
+                      constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool, given: Any,
+                      recourse: Optional[Recourse], exact: bool, names_x: Any, names_y: Any) -> RobustResult:
     """minimize_minmax with uncertainty=given."""
     if not isinstance(given, UncertaintySet):
         raise TypeError(f"uncertainty is {given!r:.60}; it must be a set of ipminmax.sets")
     if recourse is not None and not isinstance(recourse, Recourse):
         raise TypeError(f"recourse is {recourse!r:.60}; it must be a Recourse")
-    if not callable(fun):
-        raise TypeError(f"fun is {fun!r:.60}, not a function")
+    to_function(fun, "fun")
     model = _Model(_start(x0, "x0"), bounds_x, given, recourse, exact)
     fun = model.counted(fun)
-    for letter, size in (("x", model.nx), ("y", given.n)):
-        if names[letter] is not None and len(names[letter]) != size:
-            raise ValueError(f"names_{letter} has {len(names[letter])} entries, not {size}")
-    names = {letter: [str(n) for n in own] for letter, own in names.items() if own is not None}
+    names: Dict[str, List[str]] = read_names((names_x, model.nx), (names_y, given.n))
     if y0 is not None:
         y0 = _start(y0, "y0")
         if y0.size != given.n or not given.contains(y0, 1e-6):
@@ -641,7 +637,7 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str
     values = {f.name: getattr(inner, f.name) for f in fields(inner)}
     wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) and not inner.info["interrupted"] else ""
     if wrong:
-        values.update(success=False, message=wrong, certificate=Certificate.nothing(wrong))
+        values.update(success=False, message=wrong, certificate=Certificate(reasons=[wrong]))
     values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
         points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
