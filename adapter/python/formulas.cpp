@@ -7,6 +7,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -118,24 +119,12 @@ Formula add(const std::shared_ptr<Graph>& graph, Operation operation) {
     const Operation* of = graph->find(node);
     return of == nullptr || of->is_total;
   };
-  const double p = operation.constant;
-  switch (operation.kind) {
-    case Kind::Divide:
-    case Kind::Sqrt:
-    case Kind::Exp:
-    case Kind::Log:
-    case Kind::Tan:
-    case Kind::Asin:
-    case Kind::Acos:
-    case Kind::Sinh:
-    case Kind::Cosh:
-      break;
-    case Kind::Power:
-      operation.is_total = operation.b < 0 && p >= 0.0 && p == std::floor(p) && total(operation.a);
-      break;
-    default:
-      operation.is_total = std::isfinite(p) && total(operation.a) && total(operation.b);
-  }
+  constexpr std::array kPartial = {Kind::Divide, Kind::Sqrt, Kind::Exp,  Kind::Log, Kind::Tan,
+                                   Kind::Asin,   Kind::Acos, Kind::Sinh, Kind::Cosh};
+  const auto& [kind, is_total, a, b, p] = operation;
+  const bool is_partial = kind == Kind::Power ? b >= 0 || p < 0.0 || p != std::floor(p)
+                                              : std::ranges::count(kPartial, kind) > 0;
+  operation.is_total = !is_partial && std::isfinite(p) && total(a) && total(b);
   graph->operations.push_back(operation);
   return {graph, graph->inputs + static_cast<Index>(graph->operations.size()) - 1};
 }

@@ -14,12 +14,12 @@ from .problem import refuse, to_floats, to_function
 class Constraint:
     """lb <= fun(x, y) <= ub; lb and ub scalar or one number per value, None or infinite: none.
 
-    fun(x, y): k numbers, or one. jac(x, y): their derivatives, an array or scipy.sparse matrix k x
-    (nx + ny), or a tuple (k x nx, k x ny); None: as jac=None of minimize_minmax. hess(x, y,
-    multipliers): Hessian of multipliers'fun in (x, y), (nx + ny) square, symmetric. player: "min" or
-    "max" says whose it is; by default what reads y is the maximizer's (with uncertainty= the minimizer's),
-    other constraints are the minimizer's. A constraint of the minimizer that reads y is robust: it holds for
-    every y. name: in messages and what a result prints, instead of constraints[0] and so on.
+    fun(x, y): k numbers, or one. jac(x, y): their derivatives, an array or scipy.sparse matrix k x (nx + ny), or a
+    tuple (k x nx, k x ny); None: as jac=None of minimize_minmax. hess(x, y, multipliers): Hessian of multipliers'fun in
+    (x, y), (nx + ny) square, symmetric. player: "min" or "max" says whose it is; by default what reads y is the
+    maximizer's (with uncertainty= the minimizer's), other constraints are the minimizer's. A constraint of the
+    minimizer that reads y is robust: it holds for every y. name: in messages and what a result prints, instead of
+    constraints[0].
     """
 
     fun: Callable[..., Any]
@@ -33,9 +33,8 @@ class Constraint:
 
 @dataclass(eq=False)
 class LinearConstraint:
-    """lb <= A_x x + A_y y <= ub. A_x (k x nx), A_y (k x ny): arrays or scipy.sparse; None: zero, so
-    that the constraint does not read these variables. Its Jacobian is constant and its Hessian zero:
-    nothing is differentiated."""
+    """lb <= A_x x + A_y y <= ub. A_x (k x nx), A_y (k x ny): arrays or scipy.sparse; None: zero, so that the constraint
+    does not read these variables. Its Jacobian is constant and its Hessian zero: nothing is differentiated."""
 
     A_x: Any = None
     A_y: Any = None

@@ -222,8 +222,7 @@ def _analytic_at(function: Function, v: Vector, box: Box, random: np.random.Gene
         moved = v.astype(complex) + 1j * _IMAGINARY * direction
         return _of_step(np.atleast_1d(np.asarray(function(moved))).ravel().imag)
 
-    return all(mismatch(function, along, v, direction, box) is None
-               for direction in _directions(v.size, random))
+    return all(mismatch(function, along, v, direction, box) is None for direction in _directions(v.size, random))
 
 
 def is_analytic(function: Function, v: Vector, box: Box) -> bool:

@@ -270,8 +270,7 @@ class _Game:
             raise TypeError(f"hess is {hess!r:.60}, not a function (a quasi-Newton matrix has no "
                             "inertia; without hess second derivatives are differences)")
         if has and missing:
-            note = f"{', '.join(has)} not used, as there is no {missing[0]}: second derivatives are " \
-                   "differences"
+            note = f"{', '.join(has)} not used, as there is no {missing[0]}: second derivatives are differences"
             warnings.warn(note, DerivativeWarning, stacklevel=4)
             self.notes.append(note)
         if missing:

@@ -188,20 +188,19 @@ class Problem:
     hessian second derivatives are differences of first ones, with the pattern of hessianstructure if it exists, else
     with a detected one.
 
-    players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the maximizer, or one
-    string for all; None is a plain minimization, with a warning. constraint_players: m entries, or
-    None: a constraint with an entry in a Max variable is Max's. A constraint of Min that reads Max
-    variables is robust: it must hold for every y. names, constraint_names: n and m names for messages.
+    players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the maximizer, or one string for all;
+    None is a plain minimization, with a warning. constraint_players: m entries, or None: a constraint with an entry in
+    a Max variable is Max's. A constraint of Min that reads Max variables is robust: it must hold for every y. names,
+    constraint_names: n and m names for messages.
 
     With the option minmax_worst_case_proof objective and constraints are also called with an array of
     numbers that record NumPy's operations. Methods objective_over and constraints_over, if defined, are called instead.
 
-    solve raises the exceptions of these methods; EvaluationError says that a function is undefined at a
-    point. Ctrl-C (KeyboardInterrupt), max_wall_time and max_cpu_time end the solve before the next call
-    of a method; solve returns the best point reached, after Ctrl-C with info["interrupted"] True.
-    Solves release the interpreter's lock. If check_derivatives is True (the default), gradient and
-    jacobian are compared with differences along one direction at the start and at the answer, by
-    four calls of objective and constraints each.
+    solve raises the exceptions of these methods; EvaluationError says that a function is undefined at a point. Ctrl-C
+    (KeyboardInterrupt), max_wall_time and max_cpu_time end the solve before the next call of a method; solve returns
+    the best point reached, after Ctrl-C with info["interrupted"] True. Solves release the interpreter's lock. If
+    check_derivatives is True (the default), gradient and jacobian are compared with differences along one direction at
+    the start and at the answer, by four calls of objective and constraints each.
     """
 
     check_derivatives: bool = True
@@ -270,8 +269,7 @@ class Problem:
         self._core.add_option(keyword, value)
         self._options[keyword] = value
 
-    def set_problem_scaling(self, obj_scaling: float = 1.0, x_scaling: Any = None,
-                            g_scaling: Any = None) -> None:
+    def set_problem_scaling(self, obj_scaling: float = 1.0, x_scaling: Any = None, g_scaling: Any = None) -> None:
         """Sets factors of f, of the variables (n) and of the constraints (m). They need the option
         nlp_scaling_method user-scaling."""
         self._scaling = (float(obj_scaling), None if x_scaling is None else to_floats(x_scaling, "x_scaling"),
@@ -325,11 +323,9 @@ class Problem:
         multipliers. Ordering and symbolic factorization are kept."""
         return self._solve(x, (), (), (), True)
 
-    def _solve(self, x: Any, lagrange: Any, zl: Any, zu: Any, again: bool
-               ) -> Tuple[Vector, Dict[str, Any]]:
+    def _solve(self, x: Any, lagrange: Any, zl: Any, zu: Any, again: bool) -> Tuple[Vector, Dict[str, Any]]:
         self._core  # raises if it is closed
-        given = [to_floats(a, name).ravel() for a, name in
-                 ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
+        given = [to_floats(a, name).ravel() for a, name in ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
         if given[0].size != self.n:
             raise ValueError(f"x must have {self.n} entries, not {given[0].size}")
         with self._alone() as core:

@@ -31,17 +31,16 @@ class ActiveSetChange(NamedTuple):
 class Sensitivity:
     """Sensitivity of the last solution of a Problem; valid until its next solve.
 
-    The parameters of a model are its bounds: right-hand sides of equations and values of fixed
-    variables (lower and upper bound to be moved alike), bounds of variables and inequalities.
-    Results are dictionaries with x, mult_g, mult_x_L, mult_x_U, obj (the value, or its slope).
+    The parameters of a model are its bounds: right-hand sides of equations and values of fixed variables (lower and
+    upper bound to be moved alike), bounds of variables and inequalities. Results are dictionaries with x, mult_g,
+    mult_x_L, mult_x_U, obj (the value, or its slope).
     """
 
     def __init__(self, core: "_core.Problem", n: int, m: int) -> None:
         self._core, self._n, self._m = core, n, m
         core.update_sensitivity()
 
-    def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
-                   ) -> Dict[str, Any]:
+    def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None) -> Dict[str, Any]:
         """Returns the derivative along changes lb, ub (n), cl, cu (m) of the bounds; None: no change. Its
         key "curvature" holds the second derivative of the value."""
         return self._core.derivative(lb, ub, cl, cu)
@@ -50,8 +49,7 @@ class Sensitivity:
         """Returns the derivative of Max's answer if Min's variables move along dx (n; Max's are not read)."""
         return self._core.reaction(dx)
 
-    def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
-                ) -> Dict[str, Any]:
+    def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None) -> Dict[str, Any]:
         """Predicts the linearized solution after changes of the bounds (see derivative), obj to second order. Also
         "share" (1: all could be followed, else "message" says why not) and "changes", a list of ActiveSetChange."""
         return self._named(self._core.predict(lb, ub, cl, cu))
