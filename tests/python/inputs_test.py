@@ -173,6 +173,7 @@ class Refused(unittest.TestCase):
                 (dict(hess="2-point"), "hess is '2-point'"),
                 (dict(hess=lambda x, y: np.eye(3)), "hess has shape"),
                 (dict(hess_pattern=np.eye(3)), "hess_pattern has shape"),
+                (dict(hess_pattern=[[1], [1, 1]]), "hess_pattern has shape"),
                 (dict(bounds_x=3), "bounds_x is 3"), (dict(bounds_x=[(1, 0)]), r"bounds_x\[0\]"),
                 (dict(bounds_y=[(0, 1)] * 2), "bounds_y has 2 pairs"),
                 (dict(bounds_y=[3]), r"bounds_y\[0\] is 3"),

@@ -25,7 +25,7 @@ import ipminmax  # noqa: E402
 import recourse as examples  # noqa: E402
 from ipminmax import Constraint, LinearConstraint, Recourse, minimize_minmax  # noqa: E402
 from ipminmax.sets import (Ball, Box, Budget, ChiSquareBall, Discrete, Ellipsoid, KLBall, MomentBox,  # noqa: E402
-                           Simplex)
+                           Polyhedron, Simplex)
 
 EXECUTABLE = os.path.join(os.path.dirname(ipminmax.__file__), "../../ipminmax")  # in the build tree
 
@@ -324,6 +324,24 @@ class Sets(unittest.TestCase):
                 with self.subTest(given=type(given).__name__, exact=exact):
                     self.assertTrue(result.success)
                     self.assertFalse(result.certificate.finite_differences)
+
+    def test_entries_of_rows_that_cancel(self):
+        """z is in two rows with opposite signs: together they have no second derivatives, each of them has."""
+        result = minimize_minmax(
+            lambda x, y, z: 2.0 * x[0] + z[0] + z[1], [1.0], bounds_x=(0.0, None), uncertainty=KLBall([0.5, 0.5], 0.2),
+            recourse=Recourse(2, lower=0.0), constraints=Constraint(
+                lambda x, y, z: np.array([x[0] + z[0] - y[0] - 0.5 * y[1], 10.0 - z[0] - z[1], z[1] - 0.2 * y[1]]), lb=0.0))
+        self.assertTrue(result.success)
+        self.assertAlmostEqual(result.fun, 0.941552, places=5)
+
+    def test_an_unbounded_set_is_no_hull_of_its_corners(self):
+        """y >= 0 has one corner."""
+        given = Polyhedron(-np.eye(2), np.zeros(2))
+        self.assertIsNone(given.corners())
+        with self.assertRaisesRegex(ValueError, "may be unbounded"):
+            minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y[0] + y[1], [0.1], uncertainty=given, exact=True)
+        half = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y[0], [0.1], uncertainty=Polyhedron([[1.0, 0.0]], [1.0]), exact=True)
+        self.assertAlmostEqual(half.fun, 1.0, delta=1e-6)
 
     def test_a_wide_ball_of_probabilities(self):
         """The side of the set is defined at probabilities of 0, where differences of it are no slopes."""

@@ -156,8 +156,7 @@ def read_bounds(bounds: Any, size: int, name: str) -> Tuple[Vector, Vector]:
         pairs = [tuple(pairs)] * size
     if len(pairs) != size:
         raise ValueError(f"{name} has {len(pairs)} pairs, but there are {size} variables")
-    lows: List[Any] = []
-    ups: List[Any] = []
+    lows, ups = [], []  # type: List[Any], List[Any]
     for i, pair in enumerate(pairs):
         try:
             low, up = (None, None) if pair is None else pair

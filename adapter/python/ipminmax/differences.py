@@ -134,12 +134,7 @@ def _of_step(imaginary: Vector) -> Vector:
 
 def complex_step(function: Function, v: Vector) -> Vector:
     """f'(v) e_j = Im f(v + i h e_j) / h: no cancellation, exact to rounding where f is analytic."""
-    columns = []
-    moved = v.astype(complex)
-    for j in range(v.size):
-        moved[j] += 1j * _IMAGINARY
-        columns.append(np.ravel(function(moved.copy())).imag)
-        moved[j] = v[j]
+    columns = [np.ravel(function(v + 1j * _IMAGINARY * np.eye(1, v.size, j)[0])).imag for j in range(v.size)]
     return _of_step(np.stack(columns, axis=-1))
 
 
@@ -173,7 +168,7 @@ def _slope(function: Function, v: Vector, direction: Vector, step: float) -> Opt
         return None
     size = np.maximum(np.abs(here), np.maximum(np.abs(near), np.abs(far)))
     curvature = np.abs(far - 2.0 * near + here) / step**2
-    error = 20.0 * np.finfo(float).eps * size / step + step * curvature * 1e-2
+    error = 20.0 * _EPSILON * size / step + step * curvature * 1e-2
     return (4.0 * near - 3.0 * here - far) / (2.0 * step), error
 
 

@@ -127,19 +127,12 @@ class Policy:
     def derivatives(self, free: Vector, y: Vector, q: Vector) -> Tuple[Vector, Vector, Vector, Vector]:
         """Derivatives of z with respect to the free coefficients and to y, and second ones of q'z: to
         coefficients and y, and to y twice."""
-        (first, second), basis = self._pairs, self._basis(y)
-        v, turn, matrix = (y - self._center) / self._width, np.zeros((basis.size, y.size)), self._all(free)
-        turn[1:1 + y.size], bend = np.eye(y.size), np.zeros((y.size, y.size))
-        pairs = np.arange(1 + y.size, basis.size)
-        turn[pairs, first] += v[second]
-        turn[pairs, second] += v[first]
-        np.add.at(bend, (first, second), (q @ matrix)[pairs])
-        rows, columns = np.nonzero(self._free)
-        to_free = np.zeros((len(matrix), rows.size))
-        to_free[rows, np.arange(rows.size)] = basis[columns]
-        turn = turn / self._width
-        return (to_free, matrix @ turn, q[rows, None] * turn[columns],
-                (bend + bend.T) / np.outer(self._width, self._width))
+        (first, second), v, one = self._pairs, (y - self._center) / self._width, np.eye(y.size)
+        turn = np.vstack([0.0 * v, one, v[second, None] * one[first] + v[first, None] * one[second]]) / self._width
+        matrix, bend = self._all(free), np.zeros((y.size, y.size))
+        bend[first, second] = (q @ matrix)[1 + y.size:]
+        return (self._sum * self._basis(y)[self._columns], matrix @ turn,
+                (q @ self._sum)[:, None] * turn[self._columns], (bend + bend.T) / np.outer(self._width, self._width))
 
     def __call__(self, y: Any) -> Vector:
         z: Vector = self.of(self.answer, to_floats(y, "y").ravel())

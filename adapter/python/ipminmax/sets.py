@@ -207,7 +207,7 @@ class UncertaintySet:
         return np.array([-self.support(-a) for a in axes]), np.array([self.support(a) for a in axes])
 
     def corners(self) -> Optional[Vector]:
-        """Returns points, one a row, that include all corners; None if a side is curved or there are too many."""
+        """Returns points, one a row, that include all corners; None if these are too many, or not all of the set."""
         found = self.corner_factors()
         if found is None:
             return None
@@ -227,6 +227,12 @@ class UncertaintySet:
         need = max(self.k - equal.size, 0)
         count = math.comb(free.size, need)
         if count > _MOST_BASES:
+            return None
+        ways = np.eye(self.k)[~np.isfinite(self.upper - self.lower)]
+        try:
+            for way in [*ways, *-ways]:
+                self.worst_factors(way)
+        except ValueError:  # an unbounded set is no hull of its corners
             return None
         chosen = np.array(list(itertools.combinations(free, need)), dtype=int).reshape(count, need)
         chosen = np.hstack([np.tile(equal, (count, 1)), chosen])
