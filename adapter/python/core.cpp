@@ -428,6 +428,7 @@ class Problem {
   /// find: IpminmaxGetReaction or IpminmaxPredictReaction.
   template <auto find>
   py::dict after(const py::object& dx) {
+    if (dx.is_none()) throw py::type_error("dx is None");
     return found_by<find == IpminmaxPredictReaction>(find, Numbers(dx, n_, "dx").data());
   }
 

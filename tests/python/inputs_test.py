@@ -150,6 +150,13 @@ class Forms(unittest.TestCase):
         self.assertTrue(result.certificate.finite_differences)
         self.assertIn("hess not used", result.message)
 
+    def test_second_derivatives_of_rows_that_cancel(self):
+        """Together the rows have none, each of them has."""
+        result = self.check(0.8, 0.4, jac=gradient, hess=lambda x, y: [[2.0, 1.0], [1.0, -2.0]], constraints=Constraint(
+            lambda x, y: [x[0] * y[0], -x[0] * y[0]], ub=[1.0, 5.0], player="max",
+            jac=lambda x, y: [[y[0], x[0]], [-y[0], -x[0]]], hess=lambda x, y, w: (w[0] - w[1]) * (1.0 - np.eye(2))))
+        self.assertFalse(result.certificate.finite_differences)
+
     def test_a_hessian_that_is_not_symmetric_is_refused(self):
         with self.assertRaisesRegex(ValueError, r"hess is not symmetric: .* \(0, 1\)"):
             minimize_minmax(fun, [1.0], [0.5], jac=gradient, hess=lambda x, y: [[2.0, 1.0], [0.0, -2.0]])

@@ -325,15 +325,6 @@ class Sets(unittest.TestCase):
                     self.assertTrue(result.success)
                     self.assertFalse(result.certificate.finite_differences)
 
-    def test_entries_of_rows_that_cancel(self):
-        """z is in two rows with opposite signs: together they have no second derivatives, each of them has."""
-        result = minimize_minmax(
-            lambda x, y, z: 2.0 * x[0] + z[0] + z[1], [1.0], bounds_x=(0.0, None), uncertainty=KLBall([0.5, 0.5], 0.2),
-            recourse=Recourse(2, lower=0.0), constraints=Constraint(
-                lambda x, y, z: np.array([x[0] + z[0] - y[0] - 0.5 * y[1], 10.0 - z[0] - z[1], z[1] - 0.2 * y[1]]), lb=0.0))
-        self.assertTrue(result.success)
-        self.assertAlmostEqual(result.fun, 0.941552, places=5)
-
     def test_an_unbounded_set_is_no_hull_of_its_corners(self):
         """y >= 0 has one corner."""
         given = Polyhedron(-np.eye(2), np.zeros(2))
