@@ -134,7 +134,11 @@ def _of_step(imaginary: Vector) -> Vector:
 
 def complex_step(function: Function, v: Vector) -> Vector:
     """f'(v) e_j = Im f(v + i h e_j) / h: no cancellation, exact to rounding where f is analytic."""
-    columns = [np.ravel(function(v + 1j * _IMAGINARY * np.eye(1, v.size, j)[0])).imag for j in range(v.size)]
+    columns, moved = [], v.astype(complex)
+    for j in range(v.size):
+        moved[j] += 1j * _IMAGINARY
+        columns.append(np.ravel(function(moved.copy())).imag)
+        moved[j] = v[j]
     return _of_step(np.stack(columns, axis=-1))
 
 
