@@ -259,13 +259,6 @@ class Problem {
   Problem(const Problem&) = delete;
   Problem& operator=(const Problem&) = delete;
 
-  /// Whether a limit of time of the solve that runs has passed.
-  [[nodiscard]] bool limit_passed() const {
-    if (wall_limit_ < kNoLimit && seconds() >= wall_limit_) return true;
-    return cpu_limit_ < kNoLimit &&
-           static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC >= cpu_limit_;
-  }
-
   [[nodiscard]] bool solving() const { return problem_->solving; }
 
   /// For the garbage collector: functions of the model that hold this problem make a cycle.
@@ -537,13 +530,17 @@ class Problem {
   [[nodiscard]] double seconds() const {
     return std::chrono::duration<double>(Clock::now() - wall_start_).count();
   }
+  [[nodiscard]] double cpu_seconds() const {
+    return static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC;
+  }
 
   /// Before each call of a function: whether there is a reason to stop, and time was left to reach
   /// the next iterate. No function is called any more then; the solver finds all of them undefined
   /// until it sees its limit, and returns what it has.
   [[nodiscard]] bool is_cut() {
     if (!interrupted_ && !timed_out_) {
-      timed_out_ = limit_passed();
+      timed_out_ = (wall_limit_ < kNoLimit && seconds() >= wall_limit_) ||
+                   (cpu_limit_ < kNoLimit && cpu_seconds() >= cpu_limit_);
       if (!timed_out_) return false;
       asked_at_ = seconds();
     }

@@ -492,15 +492,12 @@ def _listed(constraints: Any) -> List[Any]:
 
 
 def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt.ArrayLike] = None,
-                    args: Tuple[Any, ...] = (), jac: Any = None,
-                    hess: Optional[Callable[..., Any]] = None, bounds_x: Any = None,
-                    bounds_y: Any = None, constraints: Union[Any, Sequence[Any]] = (),
-                    callback: Optional[Callable[..., Any]] = None,
-                    options: Optional[Dict[str, Any]] = None, *, hess_pattern: Any = None,
-                    check_derivatives: bool = True, tol: Optional[float] = None,
-                    names_x: Optional[Sequence[str]] = None,
-                    names_y: Optional[Sequence[str]] = None, uncertainty: Any = None,
-                    recourse: Any = None, exact: bool = False) -> MinmaxResult:
+                    args: Tuple[Any, ...] = (), jac: Any = None, hess: Optional[Callable[..., Any]] = None,
+                    bounds_x: Any = None, bounds_y: Any = None, constraints: Union[Any, Sequence[Any]] = (),
+                    callback: Optional[Callable[..., Any]] = None, options: Optional[Dict[str, Any]] = None, *,
+                    hess_pattern: Any = None, check_derivatives: bool = True, tol: Optional[float] = None,
+                    names_x: Optional[Sequence[str]] = None, names_y: Optional[Sequence[str]] = None,
+                    uncertainty: Any = None, recourse: Any = None, exact: bool = False) -> MinmaxResult:
     """Minimizes over x the maximum over y of fun(x, y, *args) subject to bounds and constraints.
 
     fun(x, y, *args)   returns a number; x (nx) and y (ny) are arrays

@@ -1,7 +1,7 @@
 """Derivatives of a solution, and predictions if constants of the model change."""
 
 import operator
-from typing import Any, Dict, Iterable, Iterator, NamedTuple, Sequence
+from typing import Any, Dict, Iterator, NamedTuple, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -61,17 +61,15 @@ class Sensitivity:
     def dv_dp(self, constraints: Sequence[int] = (), variables: Sequence[int] = ()) -> _Vector:
         """Returns the derivatives of x (n) with respect to the constants of the given equality
         constraints, then to the values of the given fixed variables: an array with one column each."""
-        moved = [self.derivative(cl=unit, cu=unit) for unit in _units(constraints, self._m, "constraints")]
-        moved += [self.derivative(lb=unit, ub=unit) for unit in _units(variables, self._n, "variables")]
-        return self._columns(moved)
+        moved = [self.derivative(cl=unit, cu=unit)["x"] for unit in _units(constraints, self._m, "constraints")]
+        moved += [self.derivative(lb=unit, ub=unit)["x"] for unit in _units(variables, self._n, "variables")]
+        return np.array(moved).reshape(-1, self._n).T
 
     def dy_dx(self, min_variables: Sequence[int]) -> _Vector:
         """Returns the derivatives of all variables with respect to the given ones of Min, with Max
         reacting: an array with one column each."""
-        return self._columns(map(self.reaction, _units(min_variables, self._n, "min_variables")))
-
-    def _columns(self, moved: Iterable[Dict[str, Any]]) -> _Vector:
-        return np.array([found["x"] for found in moved]).reshape(-1, self._n).T
+        moved = [self.reaction(unit)["x"] for unit in _units(min_variables, self._n, "min_variables")]
+        return np.array(moved).reshape(-1, self._n).T
 
     @staticmethod
     def _named(result: Dict[str, Any]) -> Dict[str, Any]:
