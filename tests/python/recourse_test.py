@@ -331,6 +331,10 @@ class Sets(unittest.TestCase):
         self.assertIsNone(given.corners())
         with self.assertRaisesRegex(ValueError, "may be unbounded"):
             minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y[0] + y[1], [0.1], uncertainty=given, exact=True)
+        for times in (1, 2):  # an equation that is given more than once leaves no basis
+            mean = MomentBox([0.0, 1.0, 2.0], np.ones(times), np.ones(times), lambda p: np.repeat(p, times))
+            result = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y @ [1.0, 3.0, 2.0], [0.1], uncertainty=mean, exact=True)
+            self.assertAlmostEqual(result.fun, 3.0, delta=1e-6)
         half = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y[0], [0.1], uncertainty=Polyhedron([[1.0, 0.0]], [1.0]), exact=True)
         self.assertAlmostEqual(half.fun, 1.0, delta=1e-6)
 

@@ -63,17 +63,17 @@ def to_array(values: Any, name: str, size: Any = None, finite: bool = True) -> V
     else:
         array = np.full(size, array) if size is not None and array.shape in ((), (1,)) else np.atleast_1d(array)
         if array.ndim != 1 or array.size != (size or array.size) or array.size == 0 and size is None:
-            raise ValueError(f"{name} has shape {array.shape}, expected one row of {size or ''} numbers")
+            raise ValueError(f"{name} has shape {array.shape}, expected {size or 'one row of'} numbers")
     refuse(~np.isfinite(array) if finite else np.isnan(array), lambda at: "{}[{}] is {}".format(
         name, ", ".join(map(str, np.unravel_index(at, array.shape))), array.flat[at]))
     return array
 
 
 def to_amount(value: Any, name: str, positive: bool = False) -> float:
-    number = float(to_array(value, name, 1)[0])
-    if number < 0.0 or positive and number == 0.0:
-        raise ValueError(f"{name} is {number:g}; it must {'be positive' if positive else 'not be negative'}")
-    return number
+    number = to_floats(value, name).ravel()
+    if number.size != 1 or not 0.0 <= number[0] < np.inf or positive and number[0] == 0.0:
+        raise ValueError(f"{name} is {value!r:.60}; it must be a number, {'positive' if positive else 'not negative'}")
+    return float(number[0])
 
 
 def returned(values: Any, name: str) -> Vector:

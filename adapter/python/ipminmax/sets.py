@@ -224,9 +224,9 @@ class UncertaintySet:
         if not len(self.matrix) and self.k <= 12 and np.all(np.isfinite(np.r_[self.lower, self.upper])):
             return np.array([*itertools.product(*zip(self.lower, self.upper))]).reshape(2**self.k, self.k)
         free = np.setdiff1d(np.flatnonzero(np.isfinite(np.r_[low, up])), [*equal, *(equal + low.size)])
-        need = max(self.k - equal.size, 0)
-        count = math.comb(free.size, need)
-        if count > _MOST_BASES:
+        need = self.k - equal.size
+        count = math.comb(free.size, max(need, 0))
+        if need < 0 or count > _MOST_BASES:
             return None
         ways = np.eye(self.k)[~np.isfinite(self.upper - self.lower)]
         try:
@@ -240,6 +240,8 @@ class UncertaintySet:
         regular = np.abs(np.linalg.det(bases)) > 1e-10 * np.prod(np.linalg.norm(bases, axis=2), axis=1)
         found = np.linalg.solve(bases[regular], values[regular][:, :, None])[:, :, 0]
         found = found[[self.violation(u) <= _INSIDE for u in found]]
+        if not len(found):  # equations that say the same have no basis
+            return None
         places = np.round(found / self.width, 9)
         corners: Vector = found[np.sort(np.unique(places, axis=0, return_index=True)[1])]
         return corners
@@ -493,7 +495,7 @@ class Simplex(UncertaintySet):
     """n numbers y >= 0 whose sum is total."""
 
     def __init__(self, n: int, total: Any = 1.0) -> None:
-        count = to_array(n, "n", 1)[0]
+        count = to_amount(n, "n")
         if count < 1.0 or count % 1.0:
             raise ValueError(f"n is {n!r:.60}; it must be a positive number of variables")
         ones = np.ones(int(count))
