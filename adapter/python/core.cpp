@@ -19,6 +19,8 @@
 #include <ctime>
 #include <exception>
 #include <limits>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -32,6 +34,7 @@
 #include "interpreter.hpp"
 
 namespace py = pybind11;
+using namespace py::literals;
 
 namespace {
 
@@ -50,17 +53,16 @@ struct ModelStopped : std::exception {
 };
 
 /// Raised by a model's function to say that it is undefined at this point
-/// (ipminmax.EvaluationError), and by one that found the time limit passed (LimitReached).
-py::handle evaluation_error, limit_reached;
+/// (ipminmax.EvaluationError), and by one that found the time limit passed (LimitReached); what is
+/// raised where a solution has no derivatives (NoSensitivity).
+py::handle evaluation_error, limit_reached, no_sensitivity;
 
 // --- The log ------------------------------------------------------------------------------------
 
-/// The console: sys.stdout, which a notebook or a test redirects, line by line; the terminal's
-/// standard output where sys.stdout is that, so that a line of progress can be refreshed.
+/// The console: sys.stdout, which a notebook or a test redirects.
 class PythonConsole : public Ipopt::Journal {
  public:
   using Journal::Journal;
-  bool is_terminal = false;
 
  protected:
   void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override {
@@ -75,16 +77,10 @@ class PythonConsole : public Ipopt::Journal {
     std::vsnprintf(text.data(), text.size(), format, values);
     write(text.data());
   }
-  void FlushBufferImpl() override {
-    if (is_terminal) std::fflush(stdout);
-  }
+  void FlushBufferImpl() override {}  // Python's buffer is that of its lines
 
  private:
-  void write(const char* text) {
-    if (is_terminal) {
-      std::fputs(text, stdout);
-      return;
-    }
+  static void write(const char* text) {
     const Locked lock;
     PyObject* out = PySys_GetObject("stdout");  // borrowed
     if (out == nullptr || out == Py_None) return;
@@ -104,11 +100,16 @@ const char* c_string(const std::string& text) {
   return text.c_str();
 }
 
-py::array_t<double> to_array(const double* values, int count) {
-  return py::array_t<double>(count, values);
+template <class T>
+py::array_t<T> to_array(std::span<const T> values) {
+  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 py::array_t<double> to_array(const std::vector<double>& values) {
-  return to_array(values.data(), static_cast<int>(values.size()));
+  return to_array(std::span(values));
+}
+double to_array(double value) { return value; }
+py::object to_array_or_none(const std::vector<double>& values) {
+  return values.empty() ? py::object(py::none()) : to_array(values);
 }
 
 /// Copies what a function returned; the error names the function when type or size are wrong.
@@ -134,43 +135,120 @@ void take(const py::object& returned, const char* function, int count, double* v
   std::copy_n(array.data(), count, values);
 }
 
+// --- What a solve has found, as problem.py describes it ------------------------------------------
+
+py::object to_dict(const ipminmax::Certificate& from) {
+  const auto inertia = [](const ipminmax::Inertia& i) {
+    return py::make_tuple(i.positive, i.negative, i.zero);
+  };
+  py::list reasons;
+  for (const auto& reason : from.reasons) reasons.append(reason.text);
+  return py::dict(
+      "kind"_a = static_cast<int>(from.kind),
+      "second_order"_a = static_cast<int>(from.second_order), "inner"_a = inertia(from.inner),
+      "inner_expected"_a = inertia(from.inner_expected), "full"_a = inertia(from.full),
+      "full_expected"_a = inertia(from.full_expected), "margin"_a = from.margin,
+      "licq_min"_a = from.licq_min, "licq_max"_a = from.licq_max,
+      "weakly_active_min"_a = from.weakly_active_min,
+      "weakly_active_max"_a = from.weakly_active_max,
+      "finite_differences"_a = from.finite_differences, "hessian_error"_a = from.hessian_error,
+      "hessian_disagrees"_a = from.hessian_disagrees, "least_curvature"_a = from.least_curvature,
+      "least_curvature_variable"_a = from.least_curvature_variable,
+      "answer"_a = static_cast<int>(from.answer), "reasons"_a = reasons, "proved"_a = from.proved,
+      "proved_within"_a = from.proved_within, "proof"_a = from.proof);
+}
+
+py::object to_dict(const ipminmax::WorstCase& from) {
+  if (from.starts == 0 && !from.higher) return py::none();
+  const bool found = !from.v.empty();
+  return py::dict("starts"_a = from.starts, "maxima"_a = from.maxima,
+                  "competing"_a = from.competing, "higher"_a = from.higher,
+                  "unbounded"_a = from.unbounded, "single_branch"_a = from.single_branch,
+                  "stated_concave"_a = from.stated_concave,
+                  "value"_a = found ? py::object(py::float_(from.value)) : py::none(),
+                  "x"_a = to_array_or_none(from.v));
+}
+
+py::object to_dict(const ipminmax::RobustWorstCase& from) {
+  return py::dict("constraint"_a = from.constraint, "value"_a = from.value,
+                  "multiplier"_a = from.multiplier, "active"_a = from.active, "age"_a = from.age,
+                  "x"_a = to_array(from.v));
+}
+
+py::object to_dict(const ipminmax::WorstCaseProof& from) {
+  return py::dict("constraint"_a = from.constraint, "least"_a = from.least, "seen"_a = from.seen,
+                  "proved"_a = from.proved, "complete"_a = from.complete, "boxes"_a = from.boxes,
+                  "x"_a = to_array_or_none(from.v), "message"_a = from.message);
+}
+
+py::object to_dict(const ipminmax::DistinctPoint& from) {
+  return py::dict("x"_a = to_array(from.result.v), "value"_a = from.result.objective,
+                  "found"_a = from.found, "first_start"_a = from.first_start,
+                  "margin"_a = from.result.certificate.margin);
+}
+
+/// Statistics.
+py::object to_dict(const ipminmax::Result& from) {
+  const ipminmax::Counts& counts = from.counts;
+  const ipminmax::KktError& error = from.error;
+  return py::dict("iterations"_a = from.iterations, "factorizations"_a = from.factorizations,
+                  "analyses"_a = counts.analyses, "objective_evaluations"_a = counts.objective,
+                  "gradient_evaluations"_a = counts.gradient,
+                  "constraint_evaluations"_a = counts.constraints,
+                  "jacobian_evaluations"_a = counts.jacobian,
+                  "hessian_evaluations"_a = counts.hessian, "seconds"_a = from.seconds,
+                  "cpu_seconds"_a = from.cpu_seconds, "primal_error"_a = error.primal,
+                  "dual_error_min"_a = error.dual_min, "dual_error_max"_a = error.dual_max,
+                  "complementarity_error"_a = error.complementarity, "error"_a = error.total);
+}
+
+template <class Found>
+py::list to_list(const std::vector<Found>& values) {
+  py::list list;
+  for (const Found& value : values) list.append(to_dict(value));
+  return list;
+}
+
+/// Functions of a model: their places in Problem, and their names.
+enum Function { kF, kGradient, kG, kJacobian, kHessian, kRows, kJacobianRows, kIntermediate };
+constexpr std::array kNames = {"objective", "gradient",        "constraints",   "jacobian",
+                               "hessian",   "constraint_rows", "jacobian_rows", "intermediate"};
+
+/// Places of the entries of a matrix.
+struct Places {
+  IntArray rows, cols;
+  int copy(int* to_rows, int* to_cols) const {
+    std::copy_n(rows.data(), rows.size(), to_rows);
+    std::copy_n(cols.data(), cols.size(), to_cols);
+    return 1;
+  }
+};
+
 class Problem {
  public:
-  Problem(int n, int m, py::dict functions, const Array& x_l, const Array& x_u, const Array& g_l,
-          const Array& g_u, const IntArray& players, const py::object& constraint_players,
-          const IntArray& jac_rows, const IntArray& jac_cols, const IntArray& hess_rows,
-          const IntArray& hess_cols, bool has_hessian_pattern)
+  Problem(int n, int m, const py::dict& functions, const Array& x_l, const Array& x_u,
+          const Array& g_l, const Array& g_u, const IntArray& players,
+          const std::optional<IntArray>& owners, const IntArray& jac_rows, const IntArray& jac_cols,
+          const IntArray& hess_rows, const IntArray& hess_cols)
       : n_(n),
         m_(m),
-        jac_rows_(to_vector(jac_rows)),
-        jac_cols_(to_vector(jac_cols)),
-        hess_rows_(to_vector(hess_rows)),
-        hess_cols_(to_vector(hess_cols)),
+        jacobian_{jac_rows, jac_cols},
+        hessian_{hess_rows, hess_cols},
         console_(new PythonConsole("console", Ipopt::J_ITERSUMMARY)) {
-    const auto function = [&](const char* name) {
-      return functions.contains(name) ? py::object(functions[name]) : py::none();
-    };
-    objective_ = function("objective");
-    gradient_ = function("gradient");
-    constraints_ = function("constraints");
-    jacobian_ = function("jacobian");
-    hessian_ = function("hessian");
-    constraint_rows_ = function("constraint_rows");
-    jacobian_rows_ = function("jacobian_rows");
-    intermediate_ = function("intermediate");
-    IntArray owners;
-    if (!constraint_players.is_none()) owners = constraint_players.cast<IntArray>();
-    problem_ = IpminmaxCreate(
-        n, x_l.data(), x_u.data(), m, g_l.data(), g_u.data(), static_cast<int>(jac_rows_.size()),
-        static_cast<int>(hess_rows_.size()), IPMINMAX_C_STYLE, eval_f, eval_g, eval_grad_f,
-        eval_jac_g, hessian_.is_none() && !has_hessian_pattern ? nullptr : eval_h, players.data(),
-        constraint_players.is_none() ? nullptr : owners.data());
+    for (std::size_t k = 0; k < kNames.size(); ++k)
+      functions_[k] = functions.contains(kNames[k]) ? py::object(functions[kNames[k]]) : py::none();
+    problem_ =
+        IpminmaxCreate(n, x_l.data(), x_u.data(), m, g_l.data(), g_u.data(),
+                       static_cast<int>(jacobian_.rows.size()),
+                       static_cast<int>(hessian_.rows.size()), IPMINMAX_C_STYLE, eval_f, eval_g,
+                       eval_grad_f, eval_jac_g, functions.contains("hessian") ? eval_h : nullptr,
+                       players.data(), owners ? owners->data() : nullptr);
     if (problem_ == nullptr) throw py::value_error(IpminmaxMessage(nullptr));
     IpminmaxSetIntermediateCallback(problem_, intermediate);
-    if (!constraint_rows_.is_none() && !jacobian_rows_.is_none()) {
+    if (has(kRows) && has(kJacobianRows)) {
       row_entries_.resize(size(m));
-      for (std::size_t k = 0; k < jac_rows_.size(); ++k)
-        row_entries_[size(jac_rows_[k])].push_back(static_cast<int>(k));
+      for (int k = 0; k < jacobian_.rows.size(); ++k)
+        row_entries_[size(jacobian_.rows.data()[k])].push_back(k);
       IpminmaxSetRowsCallback(problem_, eval_rows);
     }
     const auto journalist = problem_->application->Jnlst();
@@ -181,21 +259,13 @@ class Problem {
   Problem(const Problem&) = delete;
   Problem& operator=(const Problem&) = delete;
 
-  /// Whether a limit of time of the solve that runs has passed.
-  [[nodiscard]] bool limit_passed() const {
-    if (wall_limit_ < kNoLimit && seconds() >= wall_limit_) return true;
-    return cpu_limit_ < kNoLimit &&
-           static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC >= cpu_limit_;
-  }
-
   [[nodiscard]] bool solving() const { return problem_->solving; }
-  [[nodiscard]] int variables() const { return n_; }
-  [[nodiscard]] int constraints() const { return m_; }
 
   /// For the garbage collector: functions of the model that hold this problem make a cycle.
-  [[nodiscard]] std::array<py::object*, 9> functions() {
-    return {&objective_,       &gradient_,      &constraints_,  &jacobian_,      &hessian_,
-            &constraint_rows_, &jacobian_rows_, &intermediate_, &boxes_.record()};
+  template <class Visit>
+  void for_each_object(Visit visit) {
+    for (py::object& function : functions_) visit(function);
+    visit(boxes_.record());
   }
 
   /// Of variables and constraints, for messages.
@@ -234,38 +304,40 @@ class Problem {
   }
 
   void set_scaling(double objective, const py::object& x, const py::object& g) {
-    const Array x_scaling = optional(x, n_, "x_scaling"), g_scaling = optional(g, m_, "g_scaling");
-    require(IpminmaxSetScaling(problem_, objective, pointer(x, x_scaling), pointer(g, g_scaling)));
+    require(IpminmaxSetScaling(problem_, objective, Numbers(x, n_, "x_scaling").data(),
+                               Numbers(g, m_, "g_scaling").data()));
   }
 
   void set_bounds(const py::object& x_l, const py::object& x_u, const py::object& g_l,
                   const py::object& g_u) {
-    const Sides to(*this, x_l, x_u, g_l, g_u);
-    require(IpminmaxSetBounds(problem_, to.lb, to.ub, to.cl, to.cu));
+    require(IpminmaxSetBounds(problem_, Numbers(x_l, n_, "lb").data(),
+                              Numbers(x_u, n_, "ub").data(), Numbers(g_l, m_, "cl").data(),
+                              Numbers(g_u, m_, "cu").data()));
   }
 
   void open_output_file(const std::string& name, int level) {
     require(IpminmaxOpenOutputFile(problem_, c_string(name), level));
   }
 
-  /// log_on_terminal: sys.stdout is the terminal. interrupted: by Ctrl-C before it began.
+  /// interrupted: by Ctrl-C before it began.
   py::dict solve(const Array& x0, const Array& lambda0, const Array& z_l0, const Array& z_u0,
-                 bool again, bool log_on_terminal, bool interrupted) {
-    check_size(x0, n_, "x");
-    Iterate at{
-        std::vector<double>(x0.data(), x0.data() + n_), sized(m_), sized(m_), sized(n_), sized(n_),
-        std::numeric_limits<double>::quiet_NaN()};
+                 bool again, bool interrupted) {
+    Iterate at = zero();
+    start(x0, "x", at.x);
+    at.f = std::numeric_limits<double>::quiet_NaN();
     if (!again) {
       start(lambda0, "lagrange", at.lambda);
       start(z_l0, "zl", at.z_l);
       start(z_u0, "zu", at.z_u);
     }
-    begin(log_on_terminal);
+    begin();
     interrupted_ = interrupted;
     int status = IPMINMAX_INTERNAL_ERROR;
     {
       const Unlocked unlocked;
-      status = run_solver(at, again);
+      status = (again ? IpminmaxSolveAgain : IpminmaxSolve)(problem_, at.x.data(), at.g.data(),
+                                                            &at.f, at.lambda.data(), at.z_l.data(),
+                                                            at.z_u.data(), this);
     }
     rethrow();
     std::string name = IpminmaxStatusName(problem_), message = IpminmaxMessage(problem_);
@@ -278,138 +350,28 @@ class Problem {
       message = std::string(interrupted_ ? "Ctrl-C" : "the time limit passed") +
                 (result.v.empty() ? " before the first iterate: this is the starting point"
                                   : ": this is the best point that was reached");
-      if (!std::isfinite(at.f) && f_.has(n_, at.x.data())) at.f = f_.values.front();
+      if (!std::isfinite(at.f) && f_.has(at.x)) at.f = f_.values.front();
     }
-    py::dict info;
-    info["x"] = to_array(at.x);
-    info["g"] = to_array(at.g);
-    info["obj_val"] = at.f;
-    info["mult_g"] = to_array(at.lambda);
-    info["mult_x_L"] = to_array(at.z_l);
-    info["mult_x_U"] = to_array(at.z_u);
-    info["status"] = status;
-    info["status_name"] = name;
-    info["status_msg"] = message;
-    info["interrupted"] = interrupted_;
-    info["iterations"] = result.iterations;
-    info["history"] = history_array();
-    return info;
-  }
-
-  /// Worst cases of the robust constraints, and of f (constraint m) with minmax_epigraph.
-  [[nodiscard]] py::list worst_cases() const {
-    py::list result;
-    if (!problem_->answered) return result;
-    for (const auto& from : problem_->application->LastWorstCases()) {
-      py::dict one;
-      one["constraint"] = from.constraint;
-      one["value"] = from.value;
-      one["multiplier"] = from.multiplier;
-      one["active"] = from.active;
-      one["age"] = from.age;
-      one["x"] = to_array(from.v);
-      result.append(one);
-    }
-    return result;
-  }
-
-  /// Of f (constraint -1) and robust constraints, with minmax_worst_case_proof.
-  [[nodiscard]] py::list proofs() const {
-    py::list result;
-    if (!problem_->answered) return result;
-    for (const auto& from : problem_->application->LastResult().over_y.proofs) {
-      py::dict one;
-      one["constraint"] = from.constraint;
-      one["least"] = from.least;
-      one["seen"] = from.seen;
-      one["proved"] = from.proved;
-      one["complete"] = from.complete;
-      one["boxes"] = from.boxes;
-      one["x"] = from.v.empty() ? py::object(py::none()) : py::object(to_array(from.v));
-      one["message"] = from.message;
-      result.append(one);
-    }
-    return result;
-  }
-
-  /// Why the solve stopped, what the point is, what was looked at over y and over x.
-  [[nodiscard]] std::vector<std::string> statements() const {
-    const auto found = ipminmax::statements(problem_->application->LastResult());
-    return {found.begin(), found.end()};
-  }
-
-  /// Certified points of a multistart, the best first.
-  [[nodiscard]] py::list points() const {
-    py::list result;
-    if (!problem_->answered) return result;
-    for (const auto& from : problem_->application->LastPoints()) {
-      py::dict one;
-      one["x"] = to_array(from.result.v);
-      one["value"] = from.result.objective;
-      one["found"] = from.found;
-      one["first_start"] = from.first_start;
-      one["margin"] = from.result.certificate.margin;
-      result.append(one);
-    }
-    return result;
-  }
-
-  [[nodiscard]] py::object certificate() const {
-    IpminmaxCertificate c{};
-    if (IpminmaxGetCertificate(problem_, &c) == 0) return py::none();
-    const auto inertia = [](const IpminmaxInertia& i) {
-      return py::make_tuple(i.positive, i.negative, i.zero);
-    };
-    py::dict result;
-    result["kind"] = static_cast<int>(c.point_kind);
-    result["second_order"] = static_cast<int>(c.second_order);
-    result["inner"] = inertia(c.inner);
-    result["inner_expected"] = inertia(c.inner_expected);
-    result["full"] = inertia(c.full);
-    result["full_expected"] = inertia(c.full_expected);
-    result["margin"] = c.margin;
-    result["licq_min"] = c.licq_min != 0;
-    result["licq_max"] = c.licq_max != 0;
-    result["weakly_active_min"] = c.weakly_active_min;
-    result["weakly_active_max"] = c.weakly_active_max;
-    result["finite_differences"] = c.finite_differences != 0;
-    result["hessian_error"] = c.hessian_error;
-    result["answer"] = static_cast<int>(c.answer);
-    result["hessian_disagrees"] = c.hessian_disagrees != 0;
-    result["least_curvature"] = c.least_curvature;
-    result["least_curvature_variable"] = c.least_curvature_variable;
-    const auto& found = problem_->application->LastResult().certificate;
-    py::list reasons;
-    for (const auto& reason : found.reasons) reasons.append(reason.text);
-    result["reasons"] = reasons;
-    result["proved"] = found.proved;
-    result["proved_within"] = found.proved_within;
-    result["proof"] = found.proof;
-    return result;
-  }
-
-  [[nodiscard]] py::object worst_case() const {
-    IpminmaxWorstCase found{};
-    std::vector<double> x(static_cast<std::size_t>(n_));
-    if (IpminmaxGetWorstCase(problem_, &found, x.data()) == 0) return py::none();
-    if (found.starts == 0 && found.higher == 0) return py::none();
-    py::dict result;
-    result["starts"] = found.starts;
-    result["maxima"] = found.maxima;
-    result["competing"] = found.competing;
-    result["higher"] = found.higher != 0;
-    result["unbounded"] = found.unbounded != 0;
-    result["single_branch"] = found.single_branch != 0;
-    result["stated_concave"] = found.stated_concave != 0;
-    result["value"] = found.found != 0 ? py::object(py::float_(found.value)) : py::none();
-    result["x"] = found.found != 0 ? py::object(to_array(x)) : py::none();
-    return result;
+    const ipminmax::Result none;
+    const ipminmax::Result& found = problem_->answered ? result : none;
+    return py::dict(
+        "x"_a = to_array(at.x), "g"_a = to_array(at.g), "obj_val"_a = at.f,
+        "mult_g"_a = to_array(at.lambda), "mult_x_L"_a = to_array(at.z_l),
+        "mult_x_U"_a = to_array(at.z_u), "status"_a = status, "status_name"_a = name,
+        "status_msg"_a = message, "interrupted"_a = interrupted_,
+        "iterations"_a = result.iterations,
+        "certificate"_a = problem_->answered ? to_dict(result.certificate) : py::none(),
+        "worst_case"_a = to_dict(found.worst_case), "worst_cases"_a = to_list(found.worst_cases),
+        "proofs"_a = to_list(found.over_y.proofs),
+        "points"_a = problem_->answered ? to_list(problem_->application->LastPoints()) : py::list(),
+        "statements"_a = ipminmax::statements(result), "statistics"_a = to_dict(found),
+        "history"_a = history_array());
   }
 
   /// Largest and least value; ValueError says why there are none.
   py::tuple gap(const Array& v) {
     check_size(v, n_, "v");
-    begin(false);
+    begin();
     double most = 0.0, least = 0.0;
     int found = 0;
     {
@@ -421,43 +383,16 @@ class Problem {
     return py::make_tuple(most, least);
   }
 
-  [[nodiscard]] py::object statistics() const {
-    IpminmaxStatistics s{};
-    if (IpminmaxGetStatistics(problem_, &s) == 0) return py::none();
-    py::dict result;
-    result["iterations"] = s.iterations;
-    result["factorizations"] = s.factorizations;
-    result["analyses"] = s.analyses;
-    result["objective_evaluations"] = s.objective_evaluations;
-    result["gradient_evaluations"] = s.gradient_evaluations;
-    result["constraint_evaluations"] = s.constraint_evaluations;
-    result["jacobian_evaluations"] = s.jacobian_evaluations;
-    result["hessian_evaluations"] = s.hessian_evaluations;
-    result["seconds"] = s.seconds;
-    result["cpu_seconds"] = s.cpu_seconds;
-    result["primal_error"] = s.primal_error;
-    result["dual_error_min"] = s.dual_error_min;
-    result["dual_error_max"] = s.dual_error_max;
-    result["complementarity_error"] = s.complementarity_error;
-    result["error"] = s.error;
-    return result;
-  }
-
   /// None outside the intermediate callback.
   py::object current_iterate() {
-    std::vector<double> x = sized(n_), z_l = sized(n_), z_u = sized(n_), g = sized(m_),
-                        lambda = sized(m_);
-    const int found = IpminmaxGetCurrentIterate(problem_, n_, x.data(), z_l.data(), z_u.data(), m_,
-                                                g.data(), lambda.data());
+    Iterate at = zero();
+    const int found = IpminmaxGetCurrentIterate(problem_, n_, at.x.data(), at.z_l.data(),
+                                                at.z_u.data(), m_, at.g.data(), at.lambda.data());
     rethrow();
     if (found == 0) return py::none();
-    py::dict result;
-    result["x"] = to_array(x);
-    result["mult_x_L"] = to_array(z_l);
-    result["mult_x_U"] = to_array(z_u);
-    result["g"] = to_array(g);
-    result["mult_g"] = to_array(lambda);
-    return result;
+    return py::dict("x"_a = to_array(at.x), "mult_x_L"_a = to_array(at.z_l),
+                    "mult_x_U"_a = to_array(at.z_u), "g"_a = to_array(at.g),
+                    "mult_g"_a = to_array(at.lambda));
   }
 
   py::object current_violations() {
@@ -467,121 +402,53 @@ class Problem {
                                                    cu.data(), grad.data(), m_, g.data(), cg.data());
     rethrow();
     if (found == 0) return py::none();
-    py::dict result;
-    result["x_L_violation"] = to_array(xl);
-    result["x_U_violation"] = to_array(xu);
-    result["compl_x_L"] = to_array(cl);
-    result["compl_x_U"] = to_array(cu);
-    result["grad_lag_x"] = to_array(grad);
-    result["g_violation"] = to_array(g);
-    result["compl_g"] = to_array(cg);
-    return result;
+    return py::dict("x_L_violation"_a = to_array(xl), "x_U_violation"_a = to_array(xu),
+                    "compl_x_L"_a = to_array(cl), "compl_x_U"_a = to_array(cu),
+                    "grad_lag_x"_a = to_array(grad), "g_violation"_a = to_array(g),
+                    "compl_g"_a = to_array(cg));
   }
 
   void update_sensitivity() { require_sensitivity(IpminmaxUpdateSensitivity(problem_)); }
 
-  py::dict derivative(const py::object& x_l, const py::object& x_u, const py::object& g_l,
-                      const py::object& g_u) {
-    return along(IpminmaxGetDerivative, {*this, x_l, x_u, g_l, g_u}, "curvature");
+  /// find: IpminmaxGetDerivative or IpminmaxPredict.
+  template <auto find>
+  py::dict along(const py::object& x_l, const py::object& x_u, const py::object& g_l,
+                 const py::object& g_u) {
+    return found_by<find == IpminmaxPredict>(
+        find, Numbers(x_l, n_, "lb").data(), Numbers(x_u, n_, "ub").data(),
+        Numbers(g_l, m_, "cl").data(), Numbers(g_u, m_, "cu").data());
   }
-  py::dict predict(const py::object& x_l, const py::object& x_u, const py::object& g_l,
-                   const py::object& g_u) {
-    return with_changes(along(IpminmaxPredict, {*this, x_l, x_u, g_l, g_u}, "share"));
-  }
-  py::dict reaction(const Array& dx) { return after(IpminmaxGetReaction, dx, "curvature"); }
-  py::dict react(const Array& dx) {
-    return with_changes(after(IpminmaxPredictReaction, dx, "share"));
+  /// find: IpminmaxGetReaction or IpminmaxPredictReaction.
+  template <auto find>
+  py::dict after(const py::object& dx) {
+    if (dx.is_none()) throw py::type_error("dx is None");
+    return found_by<find == IpminmaxPredictReaction>(find, Numbers(dx, n_, "dx").data());
   }
 
  private:
-  struct Output {
-    explicit Output(const Problem& of)
-        : x(sized(of.n_)), lambda(sized(of.m_)), z_l(sized(of.n_)), z_u(sized(of.n_)) {}
-    std::vector<double> x, lambda, z_l, z_u;
-    double f = 0.0, last = 0.0;
-    [[nodiscard]] py::dict dictionary(const char* last_name) const {
-      py::dict result;
-      result["x"] = to_array(x);
-      result["mult_g"] = to_array(lambda);
-      result["mult_x_L"] = to_array(z_l);
-      result["mult_x_U"] = to_array(z_u);
-      result["obj"] = f;
-      result[last_name] = last;
-      return result;
-    }
-  };
-
-  /// Of all bounds, or changes of them; None: null.
-  struct Sides {
-    Sides(const Problem& of, const py::object& x_l, const py::object& x_u, const py::object& g_l,
-          const py::object& g_u)
-        : arrays{optional(x_l, of.n_, "lb"), optional(x_u, of.n_, "ub"), optional(g_l, of.m_, "cl"),
-                 optional(g_u, of.m_, "cu")},
-          lb(pointer(x_l, arrays[0])),
-          ub(pointer(x_u, arrays[1])),
-          cl(pointer(g_l, arrays[2])),
-          cu(pointer(g_u, arrays[3])) {}
-    std::array<Array, 4> arrays;
-    const double *lb, *ub, *cl, *cu;
-  };
-  template <class Function>
-  py::dict along(Function function, const Sides& by, const char* last_name) {
-    Output out(*this);
-    require_sensitivity(function(problem_, by.lb, by.ub, by.cl, by.cu, out.x.data(),
-                                 out.lambda.data(), out.z_l.data(), out.z_u.data(), &out.f,
-                                 &out.last));
-    return out.dictionary(last_name);
-  }
-  template <class Function>
-  py::dict after(Function function, const Array& dx, const char* last_name) {
-    Output out(*this);
-    check_size(dx, n_, "dx");
-    require_sensitivity(function(problem_, dx.data(), out.x.data(), out.lambda.data(),
-                                 out.z_l.data(), out.z_u.data(), &out.f, &out.last));
-    return out.dictionary(last_name);
-  }
-
-  static constexpr double kNoLimit = 1e19;
+  /// Numbers of a point, or derivatives of one.
   struct Iterate {
     std::vector<double> x, g, lambda, z_l, z_u;
     double f = 0.0;
   };
+  [[nodiscard]] Iterate zero() const {
+    return {sized(n_), sized(m_), sized(m_), sized(n_), sized(n_)};
+  }
 
-  static std::size_t size(int count) { return static_cast<std::size_t>(count); }
-  static std::vector<double> sized(int count) { return std::vector<double>(size(count), 0.0); }
-  static std::vector<int> to_vector(const IntArray& values) {
-    return {values.data(), values.data() + values.size()};
-  }
-  static void check_size(const Array& values, int count, const char* name) {
-    if (values.size() == count) return;
-    throw py::value_error(std::string(name) + " has " + std::to_string(values.size()) +
-                          " entries, but there are " + std::to_string(count));
-  }
-  static Array optional(const py::object& values, int count, const char* name) {
-    if (values.is_none()) return Array(0);
-    auto array = values.cast<Array>();
-    check_size(array, count, name);
-    return array;
-  }
-  static const double* pointer(const py::object& values, const Array& array) {
-    return values.is_none() ? nullptr : array.data();
-  }
-  static void start(const Array& values, const char* name, std::vector<double>& out) {
-    if (values.size() == 0) return;
-    check_size(values, static_cast<int>(out.size()), name);
-    std::copy_n(values.data(), out.size(), out.begin());
-  }
-  void require(int success) const {
-    if (success != 1) throw py::value_error(IpminmaxMessage(problem_));
-  }
-  void require_sensitivity(int success) {
-    rethrow();
-    if (success != 1) throw std::runtime_error(IpminmaxMessage(problem_));
-  }
-  [[nodiscard]] py::dict with_changes(py::dict result) const {
-    const int count = IpminmaxGetActiveSetChanges(problem_, 0, nullptr);
-    std::vector<IpminmaxActiveSetChange> changes(static_cast<std::size_t>(count));
-    IpminmaxGetActiveSetChanges(problem_, count, changes.data());
+  /// What the C interface finds by these arguments.
+  template <bool is_prediction, class Find, class... By>
+  py::dict found_by(Find find, By... by) {
+    Iterate out = zero();
+    double last = 0.0;
+    require_sensitivity(find(problem_, by..., out.x.data(), out.lambda.data(), out.z_l.data(),
+                             out.z_u.data(), &out.f, &last));
+    py::dict result("x"_a = to_array(out.x), "mult_g"_a = to_array(out.lambda),
+                    "mult_x_L"_a = to_array(out.z_l), "mult_x_U"_a = to_array(out.z_u),
+                    "obj"_a = out.f, py::arg(is_prediction ? "share" : "curvature") = last);
+    if (!is_prediction) return result;
+    std::vector<IpminmaxActiveSetChange> changes(
+        size(IpminmaxGetActiveSetChanges(problem_, 0, nullptr)));
+    IpminmaxGetActiveSetChanges(problem_, static_cast<int>(changes.size()), changes.data());
     py::list list;
     for (const auto& c : changes) {
       list.append(
@@ -592,6 +459,45 @@ class Problem {
     return result;
   }
 
+  static constexpr double kNoLimit = 1e19;
+
+  static std::size_t size(int count) { return static_cast<std::size_t>(count); }
+  static std::vector<double> sized(int count) { return std::vector<double>(size(count), 0.0); }
+  [[nodiscard]] bool has(Function which) const { return !functions_[which].is_none(); }
+  static void check_size(const Array& values, int count, const char* name) {
+    if (values.size() == count) return;
+    throw py::value_error(std::string(name) + " has " + std::to_string(values.size()) +
+                          " entries, but there are " + std::to_string(count));
+  }
+  /// An argument; None: null.
+  class Numbers {
+   public:
+    Numbers(const py::object& values, int count, const char* name) {
+      if (values.is_none()) return;
+      array_ = Array::ensure(values);
+      PyErr_Clear();
+      if (!*array_) throw py::type_error(std::string(name) + " must be an array of numbers");
+      check_size(*array_, count, name);
+    }
+    [[nodiscard]] const double* data() const { return array_ ? array_->data() : nullptr; }
+
+   private:
+    std::optional<Array> array_;
+  };
+  static void start(const Array& values, const char* name, std::vector<double>& out) {
+    if (values.size() == 0) return;
+    check_size(values, static_cast<int>(out.size()), name);
+    std::copy_n(values.data(), out.size(), out.begin());
+  }
+  void require(int success) const {
+    if (success != 1) throw py::value_error(IpminmaxMessage(problem_));
+  }
+  void require_sensitivity(int success) {
+    rethrow();
+    if (success == 1) return;
+    PyErr_SetString(no_sensitivity.ptr(), IpminmaxMessage(problem_));
+    throw py::error_already_set();
+  }
   /// Raises what a callback left, with the interpreter's lock held.
   void rethrow() {
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -601,13 +507,12 @@ class Problem {
 
   using Clock = std::chrono::steady_clock;
 
-  void begin(bool log_on_terminal) {
+  void begin() {
     error_ = nullptr;
     interrupted_ = timed_out_ = cut_ = false;
     history_.clear();
     boxes_.forget();
-    f_.known = g_.known = false;
-    console_->is_terminal = log_on_terminal;
+    f_ = g_ = {};
     ipminmax::SolverOptions options;
     // What is wrong with options the solver says itself.
     (void)ipminmax::solver_options(*problem_->application->Options(), options);
@@ -622,15 +527,11 @@ class Problem {
     cpu_start_ = std::clock();
   }
 
-  /// The one call of the solver.
-  int run_solver(Iterate& at, bool again) {
-    const auto solver = again ? IpminmaxSolveAgain : IpminmaxSolve;
-    return solver(problem_, at.x.data(), at.g.data(), &at.f, at.lambda.data(), at.z_l.data(),
-                  at.z_u.data(), this);
-  }
-
   [[nodiscard]] double seconds() const {
     return std::chrono::duration<double>(Clock::now() - wall_start_).count();
+  }
+  [[nodiscard]] double cpu_seconds() const {
+    return static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC;
   }
 
   /// Before each call of a function: whether there is a reason to stop, and time was left to reach
@@ -638,7 +539,8 @@ class Problem {
   /// until it sees its limit, and returns what it has.
   [[nodiscard]] bool is_cut() {
     if (!interrupted_ && !timed_out_) {
-      timed_out_ = limit_passed();
+      timed_out_ = (wall_limit_ < kNoLimit && seconds() >= wall_limit_) ||
+                   (cpu_limit_ < kNoLimit && cpu_seconds() >= cpu_limit_);
       if (!timed_out_) return false;
       asked_at_ = seconds();
     }
@@ -684,99 +586,81 @@ class Problem {
 
   static Problem& of(void* user_data) { return *static_cast<Problem*>(user_data); }
 
+  /// Calls a function at x, and with more arguments.
+  template <class... More>
+  bool evaluate(Function which, const double* x, std::span<double> out, const More&... more) {
+    return run([&] {
+      const py::object found =
+          call(functions_[which], to_array(std::span(x, size(n_))), to_array(more)...);
+      take(found, kNames[which], static_cast<int>(out.size()), out.data());
+    });
+  }
+
   /// The last values of a function: the solver asks for those of an iterate more than once.
   struct Last {
     std::vector<double> x, values;
-    bool known = false;
-    [[nodiscard]] bool has(int n, const double* at) const {
-      return known && std::equal(x.begin(), x.end(), at, at + n);
-    }
-    void keep(int n, const double* at, int count, const double* found) {
-      x.assign(at, at + n);
-      values.assign(found, found + count);
-      known = true;
+    [[nodiscard]] bool has(std::span<const double> at) const {
+      return !values.empty() && std::ranges::equal(x, at);
     }
   };
-
-  static int eval_f(int n, double* x, int, double* f, void* user_data) {
-    Problem& p = of(user_data);
-    if (p.f_.has(n, x)) {
-      *f = p.f_.values.front();
-      return 1;
+  bool remembered(Last& last, Function which, const double* x, std::span<double> out) {
+    const std::span at(x, size(n_));
+    if (last.has(at)) {
+      std::ranges::copy(last.values, out.begin());
+    } else if (!evaluate(which, x, out)) {
+      return false;
+    } else {
+      last = {{at.begin(), at.end()}, {out.begin(), out.end()}};
     }
-    if (!p.run([&] { take(call(p.objective_, to_array(x, n)), "objective", 1, f); })) return 0;
-    p.f_.keep(n, x, 1, f);
-    return 1;
+    return true;
+  }
+
+  static int eval_f(int, double* x, int, double* f, void* user_data) {
+    Problem& p = of(user_data);
+    return p.remembered(p.f_, kF, x, {f, 1}) ? 1 : 0;
   }
   static int eval_grad_f(int n, double* x, int, double* grad, void* user_data) {
-    Problem& p = of(user_data);
-    return p.run([&] { take(call(p.gradient_, to_array(x, n)), "gradient", n, grad); }) ? 1 : 0;
+    return of(user_data).evaluate(kGradient, x, {grad, size(n)}) ? 1 : 0;
   }
-  static int eval_g(int n, double* x, int, int m, double* g, void* user_data) {
+  static int eval_g(int, double* x, int, int m, double* g, void* user_data) {
     Problem& p = of(user_data);
-    if (m == 0) return 1;
-    if (p.g_.has(n, x)) {
-      std::copy_n(p.g_.values.begin(), m, g);
-      return 1;
-    }
-    if (!p.run([&] { take(call(p.constraints_, to_array(x, n)), "constraints", m, g); })) return 0;
-    p.g_.keep(n, x, m, g);
-    return 1;
+    return m == 0 || p.remembered(p.g_, kG, x, {g, size(m)}) ? 1 : 0;
   }
-  static int eval_jac_g(int n, double* x, int, int m, int entries, int* rows, int* cols,
+  static int eval_jac_g(int, double* x, int, int m, int entries, int* rows, int* cols,
                         double* values, void* user_data) {
     Problem& p = of(user_data);
-    if (values == nullptr) {
-      std::copy(p.jac_rows_.begin(), p.jac_rows_.end(), rows);
-      std::copy(p.jac_cols_.begin(), p.jac_cols_.end(), cols);
-      return 1;
-    }
-    if (m == 0) return 1;
-    const auto jacobian = [&] {
-      take(call(p.jacobian_, to_array(x, n)), "jacobian", entries, values);
-    };
-    return p.run(jacobian) ? 1 : 0;
+    if (values == nullptr) return p.jacobian_.copy(rows, cols);
+    return m == 0 || p.evaluate(kJacobian, x, {values, size(entries)}) ? 1 : 0;
   }
   /// Asked row by row, the entries of a row in the order of the structure.
-  static int eval_rows(int n, double* x, int, int count, const int* rows, int, double* g, int,
+  static int eval_rows(int, double* x, int, int count, const int* rows, int, double* g, int,
                        double* values, void* user_data) {
     Problem& p = of(user_data);
+    const std::span asked(rows, size(count));
     std::vector<int>& places = p.row_places_;
     places.clear();
-    for (int k = 0; k < count; ++k) {
+    for (const int row : asked) {
       if (g != nullptr) {
-        places.push_back(rows[k]);
+        places.push_back(row);
       } else {
-        const std::vector<int>& entries = p.row_entries_[size(rows[k])];
+        const std::vector<int>& entries = p.row_entries_[size(row)];
         places.insert(places.end(), entries.begin(), entries.end());
       }
     }
     p.row_values_.resize(places.size());
-    const auto find = [&] {
-      take(call(g != nullptr ? p.constraint_rows_ : p.jacobian_rows_, to_array(x, n),
-                py::array_t<int>(count, rows)),
-           g != nullptr ? "constraint_rows" : "jacobian_rows", static_cast<int>(places.size()),
-           p.row_values_.data());
-    };
-    if (count > 0 && !p.run(find)) return 0;
+    const Function which = g != nullptr ? kRows : kJacobianRows;
+    if (count > 0 && !p.evaluate(which, x, p.row_values_, asked)) return 0;
     for (std::size_t k = 0; k < places.size(); ++k)
       (g != nullptr ? g : values)[places[k]] = p.row_values_[k];
     return 1;
   }
-  static int eval_h(int n, double* x, int, double sigma, int m, double* lambda, int, int entries,
+  static int eval_h(int, double* x, int, double sigma, int m, double* lambda, int, int entries,
                     int* rows, int* cols, double* values, void* user_data) {
     Problem& p = of(user_data);
-    if (values == nullptr) {
-      std::copy(p.hess_rows_.begin(), p.hess_rows_.end(), rows);
-      std::copy(p.hess_cols_.begin(), p.hess_cols_.end(), cols);
-      return 1;
-    }
-    if (p.hessian_.is_none()) return 0;  // only the pattern is known
-    const auto hessian = [&] {
-      take(call(p.hessian_, to_array(x, n), to_array(lambda, m), sigma), "hessian", entries,
-           values);
-    };
-    return p.run(hessian) ? 1 : 0;
+    if (values == nullptr) return p.hessian_.copy(rows, cols);
+    if (!p.has(kHessian)) return 0;  // only the pattern is known
+    const std::span<const double> weights(lambda, size(m));
+    return p.evaluate(kHessian, x, {values, size(entries)}, weights, sigma) ? 1 : 0;
   }
   static int intermediate(int mode, int iter, double f, double inf_pr, double inf_du, double mu,
                           double d_norm, double shift, double alpha_du, double alpha_pr, int trials,
@@ -793,10 +677,14 @@ class Problem {
         PyErr_Clear();
         p.note_interrupt();
       }
-      if (p.interrupted_ || p.intermediate_.is_none()) return;
-      const py::object answer = call(p.intermediate_, mode, iter, f, inf_pr, inf_du, mu, d_norm,
-                                     shift, alpha_du, alpha_pr, trials);
-      go_on = answer.is_none() || answer.cast<bool>();
+      if (p.interrupted_ || !p.has(kIntermediate)) return;
+      const py::object answer = call(p.functions_[kIntermediate], mode, iter, f, inf_pr, inf_du, mu,
+                                     d_norm, shift, alpha_du, alpha_pr, trials);
+      try {
+        go_on = answer.is_none() || answer.cast<bool>();
+      } catch (const py::cast_error&) {
+        throw py::type_error("intermediate must return True, False or None");
+      }
     });
     return go_on && !p.interrupted_ ? 1 : 0;
   }
@@ -808,9 +696,8 @@ class Problem {
   }
 
   int n_, m_;
-  std::vector<int> jac_rows_, jac_cols_, hess_rows_, hess_cols_;
-  py::object objective_, gradient_, constraints_, jacobian_, hessian_, intermediate_;
-  py::object constraint_rows_, jacobian_rows_;
+  Places jacobian_, hessian_;
+  std::array<py::object, kNames.size()> functions_;
   std::vector<std::vector<int>> row_entries_;  ///< of the Jacobian; where rows are asked for
   std::vector<int> row_places_;                ///< of the last call
   std::vector<double> row_values_;
@@ -839,14 +726,17 @@ void collect_cycles(PyHeapTypeObject* heap_type) {
   type.tp_flags |= Py_TPFLAGS_HAVE_GC;
   type.tp_traverse = [](PyObject* self, visitproc visit, void* arg) {
     Py_VISIT(Py_TYPE(self));
+    int stop = 0;
     if (Problem* problem = problem_of(self)) {
-      for (const py::object* function : problem->functions()) Py_VISIT(function->ptr());
+      problem->for_each_object([&](const py::object& object) {
+        if (stop == 0 && object.ptr() != nullptr) stop = visit(object.ptr(), arg);
+      });
     }
-    return 0;
+    return stop;
   };
   type.tp_clear = [](PyObject* self) {
     if (Problem* problem = problem_of(self)) {
-      for (py::object* function : problem->functions()) *function = py::none();
+      problem->for_each_object([](py::object& object) { object = py::none(); });
     }
     return 0;
   };
@@ -857,19 +747,16 @@ void collect_cycles(PyHeapTypeObject* heap_type) {
 PYBIND11_MODULE(_core, module) {
   module.doc() = "C interface of Ipminmax with NumPy arrays; use the package ipminmax";
   module.attr("__version__") = IpminmaxVersion();
-  module.attr("STATUS_OF_TIME_LIMIT") =
-      static_cast<int>(ipminmax::application_status(ipminmax::Status::MaxWallTime));
-  module.def("set_exceptions", [](py::object undefined, py::object late) {
+  module.def("set_exceptions", [](py::object undefined, py::object late, py::object none) {
     evaluation_error = undefined.release();  // as long as the interpreter
     limit_reached = late.release();
+    no_sensitivity = none.release();
   });
   ipminmax::python::add_formulas(module);
   py::class_<Problem>(module, "Problem", py::custom_type_setup(collect_cycles))
       .def(py::init<int, int, py::dict, const Array&, const Array&, const Array&, const Array&,
-                    const IntArray&, const py::object&, const IntArray&, const IntArray&,
-                    const IntArray&, const IntArray&, bool>())
-      .def_property_readonly("n", &Problem::variables)
-      .def_property_readonly("m", &Problem::constraints)
+                    const IntArray&, const std::optional<IntArray>&, const IntArray&,
+                    const IntArray&, const IntArray&, const IntArray&>())
       .def_property_readonly("solving", &Problem::solving)
       .def("add_option", &Problem::add_option)
       .def("set_scaling", &Problem::set_scaling)
@@ -878,20 +765,12 @@ PYBIND11_MODULE(_core, module) {
       .def("set_names", &Problem::set_names)
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)
-      .def("limit_passed", &Problem::limit_passed)
-      .def("worst_cases", &Problem::worst_cases)
-      .def("proofs", &Problem::proofs)
-      .def("points", &Problem::points)
-      .def("statements", &Problem::statements)
-      .def("certificate", &Problem::certificate)
-      .def("worst_case", &Problem::worst_case)
       .def("gap", &Problem::gap)
-      .def("statistics", &Problem::statistics)
       .def("current_iterate", &Problem::current_iterate)
       .def("current_violations", &Problem::current_violations)
       .def("update_sensitivity", &Problem::update_sensitivity)
-      .def("derivative", &Problem::derivative)
-      .def("reaction", &Problem::reaction)
-      .def("predict", &Problem::predict)
-      .def("react", &Problem::react);
+      .def("derivative", &Problem::along<IpminmaxGetDerivative>)
+      .def("reaction", &Problem::after<IpminmaxGetReaction>)
+      .def("predict", &Problem::along<IpminmaxPredict>)
+      .def("react", &Problem::after<IpminmaxPredictReaction>);
 }

@@ -1,12 +1,13 @@
 // Functions written with NumPy's operations, recorded once: they are called with an array of
 // Formula objects, and what they compute is evaluated, differentiated and bounded over boxes
-// without Python from then on. What cannot be recorded raises TypeError: branches on values, float().
+// without Python from then on. Branches on values and float() cannot be recorded: TypeError.
 #include "formulas.hpp"
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -118,24 +119,12 @@ Formula add(const std::shared_ptr<Graph>& graph, Operation operation) {
     const Operation* of = graph->find(node);
     return of == nullptr || of->is_total;
   };
-  const double p = operation.constant;
-  switch (operation.kind) {
-    case Kind::Divide:
-    case Kind::Sqrt:
-    case Kind::Exp:
-    case Kind::Log:
-    case Kind::Tan:
-    case Kind::Asin:
-    case Kind::Acos:
-    case Kind::Sinh:
-    case Kind::Cosh:
-      break;
-    case Kind::Power:
-      operation.is_total = operation.b < 0 && p >= 0.0 && p == std::floor(p) && total(operation.a);
-      break;
-    default:
-      operation.is_total = std::isfinite(p) && total(operation.a) && total(operation.b);
-  }
+  constexpr std::array kPartial = {Kind::Divide, Kind::Sqrt, Kind::Exp,  Kind::Log, Kind::Tan,
+                                   Kind::Asin,   Kind::Acos, Kind::Sinh, Kind::Cosh};
+  const auto& [kind, is_total, a, b, p] = operation;
+  const bool is_partial = kind == Kind::Power ? b >= 0 || p < 0.0 || p != std::floor(p)
+                                              : std::ranges::count(kPartial, kind) > 0;
+  operation.is_total = !is_partial && std::isfinite(p) && total(a) && total(b);
   graph->operations.push_back(operation);
   return {graph, graph->inputs + static_cast<Index>(graph->operations.size()) - 1};
 }
@@ -217,12 +206,8 @@ class Recording {
   void require_derivatives(bool by_rows) const {
     ProductCount count{std::vector<bool>(graph_->operations.size()),
                        std::vector<std::vector<Index>>(graph_->operations.size())};
-    if (by_rows) {
-      for (std::size_t j = 0; j < rows(); ++j) count_products(needed_[j], count);
-    } else {
-      count_products(needed_.back(), count);
-    }
-    count_products(needed_[rows()], count);
+    for (std::size_t j = by_rows ? 0 : rows(); j <= rows(); ++j) count_products(needed_[j], count);
+    if (!by_rows) count_products(needed_.back(), count);
   }
 
   template <class T>
@@ -295,11 +280,9 @@ class Recording {
     const auto is_sum = [](const Operation& one) {
       return one.kind == Kind::Add && one.a >= 0 && one.b >= 0;
     };
-    std::vector<Index> uses(given.size()), of_sums(given.size());
+    std::vector<Index> uses(given.size());  // each by what is no sum counts as two
     const auto use = [&](Index node, bool by_sum) {
-      if (node < graph_->inputs) return;
-      ++uses[at(node)];
-      of_sums[at(node)] += by_sum ? 1 : 0;
+      if (node >= graph_->inputs) uses[at(node)] += by_sum ? 1 : 2;
     };
     for (const Operation& operation : given) {
       use(operation.a, is_sum(operation));
@@ -307,8 +290,7 @@ class Recording {
     }
     for (const Index output : outputs_) use(output, false);
     const auto is_part = [&](Index node) {
-      return node >= graph_->inputs && is_sum(given[at(node)]) && uses[at(node)] == 1 &&
-             of_sums[at(node)] == 1;
+      return node >= graph_->inputs && is_sum(given[at(node)]) && uses[at(node)] == 1;
     };
     std::vector<Index> places(given.size());
     const auto place = [&](Index node) { return node < graph_->inputs ? node : places[at(node)]; };
@@ -409,13 +391,16 @@ class Recording {
 
 namespace {
 
-/// Each constraint is evaluated by itself.
-struct ByRows {
+struct Objective {
   std::shared_ptr<Recording> recording;
   template <class T>
   T objective(std::span<const T> v) const {
     return recording->objective(v);
   }
+};
+
+/// Each constraint is evaluated by itself.
+struct ByRows : Objective {
   template <class T>
   T constraint(std::size_t j, std::span<const T> v) const {
     return recording->row(j, v);
@@ -423,12 +408,7 @@ struct ByRows {
 };
 
 /// Constraints are evaluated together.
-struct Together {
-  std::shared_ptr<Recording> recording;
-  template <class T>
-  T objective(std::span<const T> v) const {
-    return recording->objective(v);
-  }
+struct Together : Objective {
   template <class T>
   void constraints(std::span<const T> v, std::span<T> g) const {
     recording->all_rows(v, g);
@@ -457,9 +437,6 @@ class Formulas {
       make<Together>(std::move(data));
     else
       make<ByRows>(std::move(data));
-    row_begin_.assign(m + 1, 0);
-    for (const Triplet& entry : structure().jacobian) ++row_begin_[at(entry.row) + 1];
-    for (std::size_t j = 0; j < m; ++j) row_begin_[j + 1] += row_begin_[j];
   }
 
   bool update(const Recording& again) {
@@ -501,9 +478,11 @@ class Formulas {
     values_.resize(structure().jacobian.size());
     (void)problem_->jacobian_rows(indices(rows), read(v), true, values_);
     std::vector<double> found;
-    for (const int row : indices(rows))
-      found.insert(found.end(), values_.data() + row_begin_[at(row)],
-                   values_.data() + row_begin_[at(row) + 1]);
+    for (const int row : indices(rows)) {
+      const auto own = std::ranges::equal_range(structure().jacobian, row, {}, &Triplet::row);
+      for (const Triplet& entry : own)
+        found.push_back(values_[static_cast<std::size_t>(&entry - structure().jacobian.data())]);
+    }
     return filled(found.size(), [&](auto out) { std::ranges::copy(found, out.begin()); });
   }
   [[nodiscard]] py::tuple jacobian_structure() const { return split(structure().jacobian); }
@@ -542,15 +521,14 @@ class Formulas {
   }
   template <class Model>
   void make(ModelData data) {
-    auto problem = std::make_unique<AutodiffProblem<Model>>(Model{recording_}, std::move(data));
+    auto problem = std::make_unique<AutodiffProblem<Model>>(Model{{recording_}}, std::move(data));
     forget_ = [of = problem.get()] { (void)of->functions(); };
     problem_ = std::move(problem);
   }
 
   std::shared_ptr<Recording> recording_;
   std::unique_ptr<Problem> problem_;
-  std::function<void()> forget_;        ///< what was computed with other numbers
-  std::vector<std::size_t> row_begin_;  ///< of each row in the Jacobian
+  std::function<void()> forget_;  ///< what was computed with other numbers
   std::vector<double> values_;
 };
 

@@ -6,7 +6,7 @@
 
 #include <utility>
 
-// --- The interpreter's lock when the interpreter ends ---------------------------------------------
+// --- The interpreter's lock when the interpreter ends --------------------------------------------
 //
 // An interpreter that ends lets no other thread have its lock again: it calls pthread_exit in it,
 // which unwinds the stack through the solver and through destructors that would need the lock. Such

@@ -1,9 +1,8 @@
 """pip install: CMake builds the extension module from the C++ sources; setuptools packs it.
 
-The sources are those of the repository, or of the folder cpp that a source distribution carries. The
-shared libraries that the module needs go into the package where patchelf is found, so that a wheel
-runs where they are not installed; IPMINMAX_BUNDLE=0 leaves them out. CMAKE_ARGS are more arguments of
-CMake.
+The sources are those of the repository, or of the folder cpp that a source distribution carries. The shared libraries
+that the module needs go into the package where patchelf is found, so that a wheel runs where they are not installed;
+IPMINMAX_BUNDLE=0 leaves them out. CMAKE_ARGS are more arguments of CMake.
 """
 
 import hashlib
@@ -23,8 +22,8 @@ HERE = Path(__file__).resolve().parent
 SOURCE = HERE / "cpp" if (HERE / "cpp" / "CMakeLists.txt").exists() else HERE.parents[1]
 
 #: Libraries of every Linux, by the beginning of their names.
-SYSTEM = tuple("linux-vdso ld-linux libc.so libm.so libdl.so libpthread.so librt.so libresolv.so libutil.so libstdc++.so "
-               "libgcc_s.so".split())
+SYSTEM = tuple("linux-vdso ld-linux libc.so libm.so libdl.so libpthread.so librt.so libresolv.so libutil.so "
+               "libstdc++.so libgcc_s.so".split())
 
 
 class SourceDistribution(sdist):
@@ -102,9 +101,9 @@ class CMakeBuild(build_ext):
     def build_extension(self, extension):
         work = Path(self.build_temp).resolve()
         target = Path(self.get_ext_fullpath(extension.name)).resolve()
-        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG", "-DIPMINMAX_BUILD_TESTS=OFF",
-                     "-DIPMINMAX_BUILD_EXAMPLES=OFF", "-DIPMINMAX_BUILD_CASADI=OFF", "-DIPMINMAX_MPI=OFF",
-                     "-DIPMINMAX_PRECOMPILE=ON", f"-DPython3_EXECUTABLE={sys.executable}"]
+        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG",
+                     "-DIPMINMAX_BUILD_TESTS=OFF", "-DIPMINMAX_BUILD_EXAMPLES=OFF", "-DIPMINMAX_BUILD_CASADI=OFF",
+                     "-DIPMINMAX_MPI=OFF", "-DIPMINMAX_PRECOMPILE=ON", f"-DPython3_EXECUTABLE={sys.executable}"]
         try:
             import pybind11
             arguments.append(f"-Dpybind11_DIR={pybind11.get_cmake_dir()}")

@@ -150,6 +150,30 @@ class ClosedForms(unittest.TestCase):
                     np.testing.assert_allclose([*result.x, *result.y] / unit - shift - at, 0.0,
                                                atol=1e-4)
 
+    def test_a_start_at_zero_says_nothing_of_units(self):
+        """By values alone: an answer far from the start is found, or at least not certified elsewhere."""
+        for unit, bound in ((1e6, 3e6), (1e6, None), (1e12, 3e12)):
+            def fun(x, y):
+                u, v = float(x[0]) / unit, float(y[0]) / unit
+                return (u - 1.0) ** 2 + u * v - v**2
+            bounds = bound and (-bound, bound)
+            result = minimize_minmax(fun, [0.0], [0.0], bounds_x=bounds, bounds_y=bounds)
+            with self.subTest(unit=unit, bound=bound):
+                self.assertEqual(result.derivatives, "fun: differences")
+                if unit == 1e6 or result.certificate.is_local_minmax:
+                    self.assertAlmostEqual(result.fun, 0.2, places=6)
+
+    def test_complex_steps_of_what_differences_hardly_resolve(self):
+        """exp(1000 x), and log at the edge of its domain: differences of usual steps are wrong, complex steps are not."""
+        for start, value, part in (
+                (1.05, 2.25, lambda x, y: np.exp(1000.0 * (x - 1.0)) + np.exp(-1000.0 * (x - 1.0)) + x * y - y * y),
+                (1.0, 0.0570069, lambda x, y: -0.01 * np.log(x) + x + 0.1 * (x - x * y - y * y))):
+            with warnings.catch_warnings(), np.errstate(all="ignore"):
+                warnings.simplefilter("error", DerivativeWarning)
+                result = minimize_minmax(lambda x, y: part(x[0], y[0]) if np.real(x[0]) < 1e9 else 0.0, [start], [0.1])
+            self.assertEqual((result.derivatives, result.success), ("fun: complex steps", True))
+            self.assertAlmostEqual(result.fun, value, places=6)
+
     def test_complex_steps_where_the_function_is_defined(self):
         result = minimize_minmax(lambda x, y: x[0] - 2.0 * np.log(x[0]) - (y[0] - x[0]) ** 2, [1e-3],
                                  [0.0], jac="cs", bounds_x=(1e-6, None))

@@ -73,6 +73,29 @@ class Forms(unittest.TestCase):
         result = minimize_minmax(lambda x, y: (fun(x, y), gradient(x, y)), [3.0], [0.1], jac=True)
         np.testing.assert_allclose([*result.x, *result.y], [0.8, 0.4], atol=1e-7)
 
+    def test_parts_that_are_columns_or_missing(self):
+        def both(x, y):
+            return x @ x - x.sum() + x.sum() * y[0] - y[0] ** 2
+
+        def to_x(x, y):
+            return 2.0 * x - 1.0 + y[0]
+        for part in ((2, 1), (1, 2), (2,)):
+            result = minimize_minmax(both, [0.5, 0.1], [0.1], jac=lambda x, y: (
+                to_x(x, y).reshape(part), np.array([[x.sum() - 2.0 * y[0]]])))
+            self.assertAlmostEqual(result.fun, -1.0 / 3.0, places=6)
+        with self.assertRaisesRegex(ValueError, "part of jac to y is None"):  # and not zero
+            minimize_minmax(both, [0.5, 0.1], [0.1], jac=lambda x, y: (to_x(x, y), None), check_derivatives=False)
+        with self.assertRaisesRegex(ValueError, r"part of jac of constraints\[0\] to y"):
+            minimize_minmax(both, [0.5, 0.1], [0.1], constraints=Constraint(lambda x, y: x, jac=lambda x, y: (np.eye(2), None)))
+
+    def test_players_in_columns_and_no_names(self):
+        for column in ([[0], [1]], np.array([[0], [1]])):
+            there = problem(players=column, constraint_players=column[:1], names=[], constraint_names=())
+            there.add_option("print_level", 0)
+            v, info = there.solve([3.0, 0.1])
+            np.testing.assert_allclose(v, [0.8, 0.4], atol=1e-6)
+            self.assertEqual(info["iterations"], info["statistics"]["iterations"])
+
     def test_constraints_as_tuples_of_blocks(self):
         """Two rows, two variables in y: flattened one after the other the blocks would be scrambled."""
         def g(x, y):
@@ -127,6 +150,13 @@ class Forms(unittest.TestCase):
         self.assertTrue(result.certificate.finite_differences)
         self.assertIn("hess not used", result.message)
 
+    def test_second_derivatives_of_rows_that_cancel(self):
+        """Together the rows have none, each of them has."""
+        result = self.check(0.8, 0.4, jac=gradient, hess=lambda x, y: [[2.0, 1.0], [1.0, -2.0]], constraints=Constraint(
+            lambda x, y: [x[0] * y[0], -x[0] * y[0]], ub=[1.0, 5.0], player="max",
+            jac=lambda x, y: [[y[0], x[0]], [-y[0], -x[0]]], hess=lambda x, y, w: (w[0] - w[1]) * (1.0 - np.eye(2))))
+        self.assertFalse(result.certificate.finite_differences)
+
     def test_a_hessian_that_is_not_symmetric_is_refused(self):
         with self.assertRaisesRegex(ValueError, r"hess is not symmetric: .* \(0, 1\)"):
             minimize_minmax(fun, [1.0], [0.5], jac=gradient, hess=lambda x, y: [[2.0, 1.0], [0.0, -2.0]])
@@ -138,18 +168,19 @@ class Refused(unittest.TestCase):
         for arguments, message in (
                 (dict(fun=3), "fun is 3"), (dict(fun=lambda x, y: None), "fun returned None"),
                 (dict(fun=lambda x, y: [1.0, 2.0]), "fun returned 2 values"),
-                (dict(fun=lambda x, y: "a"), "fun returned 'a'"),
-                (dict(fun=lambda x, y: 1j), "fun returned complex"),
+                (dict(fun=lambda x, y: "a"), "fun returned must be real numbers, not 'a'"),
+                (dict(fun=lambda x, y: 1j), "fun returned must be real numbers, not 1j"),
                 (dict(x0="a"), "x0 must be real"), (dict(x0=[np.nan]), r"x0\[0\] is nan"),
                 (dict(y0=[np.inf]), r"y0\[0\] is inf"), (dict(y0=[[1.0]]), "y0 has shape"),
                 (dict(x0=[1j]), "x0 must be real"), (dict(x0=[], y0=[]), "x0 and y0 are empty"),
                 (dict(jac=3), "jac is 3"), (dict(jac="exact"), "jac is 'exact'"),
                 (dict(jac=True), "jac is True"), (dict(jac=lambda x, y: [1.0]), "jac returned 1"),
-                (dict(jac=lambda x, y: ([1.0, 2.0], [3.0])), "jac returned parts"),
+                (dict(jac=lambda x, y: ([1.0, 2.0], [3.0])), "part of jac to x has shape"),
                 (dict(jac=lambda x, y: ["a", "b"]), "jac returned must be real"),
                 (dict(hess="2-point"), "hess is '2-point'"),
                 (dict(hess=lambda x, y: np.eye(3)), "hess has shape"),
                 (dict(hess_pattern=np.eye(3)), "hess_pattern has shape"),
+                (dict(hess_pattern=[[1], [1, 1]]), "hess_pattern has shape"),
                 (dict(bounds_x=3), "bounds_x is 3"), (dict(bounds_x=[(1, 0)]), r"bounds_x\[0\]"),
                 (dict(bounds_y=[(0, 1)] * 2), "bounds_y has 2 pairs"),
                 (dict(bounds_y=[3]), r"bounds_y\[0\] is 3"),

@@ -25,7 +25,7 @@ import ipminmax  # noqa: E402
 import recourse as examples  # noqa: E402
 from ipminmax import Constraint, LinearConstraint, Recourse, minimize_minmax  # noqa: E402
 from ipminmax.sets import (Ball, Box, Budget, ChiSquareBall, Discrete, Ellipsoid, KLBall, MomentBox,  # noqa: E402
-                           Simplex)
+                           Polyhedron, Simplex)
 
 EXECUTABLE = os.path.join(os.path.dirname(ipminmax.__file__), "../../ipminmax")  # in the build tree
 
@@ -122,9 +122,16 @@ class Examples(unittest.TestCase):
 
     def test_progress(self):
         """The last line is of the last iterate over x; a search over y does not count as the best value."""
-        for missing in ((), ("tqdm",)):
-            with contextlib.redirect_stderr(io.StringIO()) as shown, \
-                    unittest.mock.patch.dict(sys.modules, dict.fromkeys(missing)):
+        class Bar:
+            """tqdm's, as far as it is used."""
+
+            def __init__(self, bar_format, file):
+                self.set_description_str = lambda text: print(text, end="\r", file=file)
+                self.close = lambda: closed.append(self)
+
+        closed = []
+        for bar in (unittest.mock.Mock(tqdm=lambda **given: Bar(**given)), None):
+            with contextlib.redirect_stderr(io.StringIO()) as shown, unittest.mock.patch.dict(sys.modules, {"tqdm": bar}):
                 result = minimize_minmax(
                     lambda x, y: (x[0] - 1.0) ** 2 + np.sin(3.0 * y[0]) * x[0] - 0.2 * y[0] ** 2, [0.5], bounds_x=(0.2, 5.0),
                     uncertainty=Box(-3.0, 3.0), options={"minmax_worst_case_starts": 8, "progress": True})
@@ -132,6 +139,7 @@ class Examples(unittest.TestCase):
             self.assertIn("round 1, 0 searches over y, iteration 0: value ", "".join(lines))
             self.assertRegex(lines[-1], r"round [2-9]\d*, [1-9]\d* searches over y, iteration \d+: value ")
             self.assertAlmostEqual(float(re.search("best (.*?)( |$)", lines[-1]).group(1)), result.fun, delta=1e-4)
+        self.assertEqual(len(closed), 1)
 
     def test_newsvendor(self):
         cost, hold, late, low, up = 1.0, 0.5, 3.0, 50.0, 150.0
@@ -303,6 +311,41 @@ class Sets(unittest.TestCase):
         self.assertTrue(result.success)
         self.assertTrue(calls)
 
+    def test_second_derivatives_that_are_given_are_used(self):
+        """Beside formulas of curved sets, too."""
+        def hess_of_row(x, y, weights):
+            return weights[0] * np.block([[np.zeros((2, 2)), np.eye(2)], [np.eye(2), np.zeros((2, 2))]])
+        row = Constraint(lambda x, y: y @ x, ub=1.0, jac=lambda x, y: np.r_[y, x][None], hess=hess_of_row)
+        for given in (Ball([1.0, 1.0], 0.3), KLBall([0.5, 0.5], 0.1), Budget([1.0, 1.0], 0.3, 1.5)):
+            for exact in (False, True):
+                result = minimize_minmax(lambda x, y: (x - 1.0) @ (x - 1.0) + 0.1 * np.sum(x**4), [0.1, 0.1], constraints=row,
+                                         jac=lambda x, y: (2.0 * (x - 1.0) + 0.4 * x**3, np.zeros(2)), uncertainty=given,
+                                         hess=lambda x, y: np.diag(np.r_[2.0 + 1.2 * x**2, 0.0, 0.0]), exact=exact)
+                with self.subTest(given=type(given).__name__, exact=exact):
+                    self.assertTrue(result.success)
+                    self.assertFalse(result.certificate.finite_differences)
+
+    def test_an_unbounded_set_is_no_hull_of_its_corners(self):
+        """y >= 0 has one corner."""
+        given = Polyhedron(-np.eye(2), np.zeros(2))
+        self.assertIsNone(given.corners())
+        with self.assertRaisesRegex(ValueError, "may be unbounded"):
+            minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y[0] + y[1], [0.1], uncertainty=given, exact=True)
+        for times in (1, 2):  # an equation that is given more than once leaves no basis
+            mean = MomentBox([0.0, 1.0, 2.0], np.ones(times), np.ones(times), lambda p: np.repeat(p, times))
+            result = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y @ [1.0, 3.0, 2.0], [0.1], uncertainty=mean, exact=True)
+            self.assertAlmostEqual(result.fun, 3.0, delta=1e-6)
+        half = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y[0], [0.1], uncertainty=Polyhedron([[1.0, 0.0]], [1.0]), exact=True)
+        self.assertAlmostEqual(half.fun, 1.0, delta=1e-6)
+
+    def test_a_wide_ball_of_probabilities(self):
+        """The side of the set is defined at probabilities of 0, where differences of it are no slopes."""
+        worth = np.array([1.0, 1.5, 2.0])
+        result = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + np.exp(0.3 * worth @ y * x[0]), [0.5],
+                                 uncertainty=KLBall([0.5, 0.3, 0.2], 2.0))
+        self.assertTrue(result.success and result.certificate.is_local_minmax)
+        self.assertAlmostEqual(result.fun, 1.5926134, places=6)
+
     def test_what_seemed_linear_in_y(self):
         """A function that reads y elsewhere, or bends there, is no success."""
         for exact, words in ((False, "fun was without y"), (True, "fun was linear in y")):
@@ -388,6 +431,20 @@ class Rules(unittest.TestCase):
         self.assertEqual([list(s) for s in seen], [[0], [1, 2]])
         self.assertEqual([list(s) for s in Recourse(2, depends_on=[1]).seen(3)], [[1], [1]])
         self.assertEqual([list(s) for s in Recourse(4, stages=[[2], [0]]).seen(3)], [[], [], [2], [2]])
+        # An iterator is used up by its first reading; as no rule without y it is refused or read whole.
+        for name, given in (("depends_on", iter([0])), ("depends_on", [iter([0])]), ("depends_on", map(int, "0")),
+                            ("depends_on", np.array([0])), ("stages", iter([[], [0]]))):
+            def solved():
+                return minimize_minmax(lambda x, y, z: x[0] ** 2 + 2.0 * (z[-1] - y[0]) ** 2 + z[0] ** 2 * (z.size - 1), [1.0],
+                                       uncertainty=Box(0.0, 1.0), recourse=Recourse(1 + (name == "stages"), **{name: given}))
+            with self.subTest(name, given=given):
+                try:
+                    self.assertAlmostEqual(solved().fun, 0.0, delta=1e-6)
+                except (ValueError, TypeError) as refused:
+                    self.assertIn(f"{name} of Recourse", str(refused))
+        result = minimize_minmax(lambda x, y, z: x[0] ** 2 + 2.0 * (z[0] - y[0]) ** 2, [1.0], uncertainty=Box(0.0, 1.0),
+                                 recourse=Recourse(1, lower=np.zeros((1, 1))))
+        self.assertAlmostEqual(result.fun, 0.0, delta=1e-6)
 
     @unittest.skipUnless(os.path.exists(EXECUTABLE), "the executable is not built")
     def test_in_pyomo(self):

@@ -44,7 +44,7 @@ class Shape(unittest.TestCase):
         result = minimize_minmax(lambda x, y: x @ x - y @ y, np.ones(500), np.ones(500),
                                  jac=lambda x, y: (2.0 * x, -2.0 * y))
         self.assertLess(len(repr(result)), 1000)
-        self.assertIn("LOCAL_MINMAX", repr(result))
+        self.assertIn("local minmax, certified", repr(result))
         self.assertEqual(str(result.certificate.kind), "LOCAL_MINMAX")
         self.assertEqual(f"{result.certificate.second_order}", "SATISFIED")
         for statement in result.statements:  # why it stopped, over y, over x; the kind is a word of its own

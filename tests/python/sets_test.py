@@ -173,7 +173,7 @@ class Mistakes(unittest.TestCase):
                 ("points", lambda: Discrete([])), ("points", lambda: Discrete([[np.inf]])),
                 ("points has rows", lambda: Discrete([[1.0, 2.0], [1.0]])), ("A has rows", lambda: Polyhedron([[1.0, 2.0], [3.0]], 1.0)),
                 ("moments", lambda: MomentBox([0.0, 1.0], 0.0, 1.0, lambda p: np.nan)),
-                ("eigenvalue, -1 with", lambda: Ellipsoid([0.0, 0.0], -np.eye(2))), ("n has", lambda: Simplex(None)),
+                ("eigenvalue, -1 with", lambda: Ellipsoid([0.0, 0.0], -np.eye(2))), ("n is None", lambda: Simplex(None)),
                 ("q must be", lambda: KLBall([0.5, 0.6], 0.1)), ("q must be", lambda: ChiSquareBall([1.5, -0.5], 0.1)),
                 ("radius", lambda: KLBall([0.5, 0.5], 0.0)), ("lower", lambda: MomentBox([0.0, 1.0], 0.6, 0.4)),
                 ("empty", lambda: MomentBox([0.0, 1.0], 1.1, 1.2)),

@@ -4,8 +4,7 @@
     result = minimize_minmax(lambda x, y: x[0]**2 + 3*x[0]*y[0] - y[0]**2, x0=[1.0], y0=[0.0])
     result.x, result.y, result.fun, result.certificate.is_local_minmax
 
-`Problem` has the shape of cyipopt's, with sparse derivatives; `minimize_minmax` that of
-scipy.optimize.minimize.
+`Problem` has the shape of cyipopt's, with sparse derivatives; `minimize_minmax` that of scipy.optimize.minimize.
 """
 
 from . import sets
@@ -19,29 +18,7 @@ from .recourse import Policy, Recourse
 from .result import MinmaxResult, Point, Proof, WorstCase
 from .sensitivity import ActiveSetChange, NoSensitivity, Sensitivity
 
-__all__ = [
-    "ActiveSetChange",
-    "Certificate",
-    "Constraint",
-    "DerivativeWarning",
-    "EvaluationError",
-    "Inertia",
-    "LinearConstraint",
-    "MAX",
-    "MIN",
-    "MinmaxResult",
-    "NoSensitivity",
-    "InnerAnswer",
-    "Point",
-    "Policy",
-    "PointKind",
-    "Problem",
-    "Proof",
-    "Recourse",
-    "SecondOrder",
-    "Sensitivity",
-    "WorstCase",
-    "__version__",
-    "minimize_minmax",
-    "sets",
-]
+__all__ = ["ActiveSetChange", "Certificate", "Constraint", "DerivativeWarning", "EvaluationError", "Inertia",
+           "InnerAnswer", "LinearConstraint", "MAX", "MIN", "MinmaxResult", "NoSensitivity", "Point", "PointKind",
+           "Policy", "Problem", "Proof", "Recourse", "SecondOrder", "Sensitivity", "WorstCase", "__version__",
+           "minimize_minmax", "sets"]

@@ -1,9 +1,9 @@
 """The second-order test of a returned point."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import List, NamedTuple
 
 
 class _NamedNumber(IntEnum):
@@ -55,53 +55,36 @@ class Inertia(NamedTuple):
 class Certificate:
     """Result of the second-order test of a point; see docs/certificate.md."""
 
-    kind: PointKind
-    second_order: SecondOrder
-    inner: Inertia  #: of the maximizer's KKT matrix
-    inner_expected: Inertia
-    full: Inertia  #: of both players'
-    full_expected: Inertia
-    margin: float  #: curvature that the test subtracted, scaled; 0 unless satisfied
-    licq_min: bool  #: gradients of the player's active constraints are independent
-    licq_max: bool
-    weakly_active_min: int  #: active bounds and inequalities whose multiplier vanishes
-    weakly_active_max: int
-    finite_differences: bool  #: second derivatives are differences of first ones
-    hessian_error: float  #: estimate of their error in curvature; the result allows for it
-    hessian_disagrees: bool  #: second derivatives disagree with gradients: not certified
-    least_curvature: float  #: estimate of the least, at most 1; 0 unless satisfied
+    kind: PointKind = PointKind.UNKNOWN_POINT
+    second_order: SecondOrder = SecondOrder.NOT_TESTED
+    inner: Inertia = Inertia(0, 0, 0)  #: of the maximizer's KKT matrix
+    inner_expected: Inertia = Inertia(0, 0, 0)
+    full: Inertia = Inertia(0, 0, 0)  #: of both players'
+    full_expected: Inertia = Inertia(0, 0, 0)
+    margin: float = 0.0  #: curvature that the test subtracted, scaled; 0 unless satisfied
+    licq_min: bool = False  #: gradients of the player's active constraints are independent
+    licq_max: bool = False
+    weakly_active_min: int = 0  #: active bounds and inequalities whose multiplier vanishes
+    weakly_active_max: int = 0
+    finite_differences: bool = False  #: second derivatives are differences of first ones
+    hessian_error: float = 0.0  #: estimate of their error in curvature; the result allows for it
+    hessian_disagrees: bool = False  #: second derivatives disagree with gradients: not certified
+    least_curvature: float = 0.0  #: estimate of the least, at most 1; 0 unless satisfied
     #: Index in v or (x, y) (with uncertainty= the solver's v) of the variable that moves most along it; -1: not known.
-    least_curvature_variable: int
-    answer: InnerAnswer  #: what is known of y
-    reasons: List[str]  #: why the point is not certified, or remarks; may be empty
-    proved: bool  #: with minmax_certificate "proved": one strict local minmax is near, see proof
-    proved_within: float  #: largest distance of a variable from it; infinite: not proved
-    proof: str  #: what is proved, or why nothing is; empty: not asked for
+    least_curvature_variable: int = -1
+    answer: InnerAnswer = InnerAnswer.UNKNOWN  #: what is known of y
+    #: Why the point is not certified, or remarks; may be empty.
+    reasons: List[str] = field(default_factory=list)
+    proved: bool = False  #: with minmax_certificate "proved": one strict local minmax is near, see proof
+    proved_within: float = math.inf  #: largest distance of a variable from it; infinite: not proved
+    proof: str = ""  #: what is proved, or why nothing is; empty: not asked for
 
     @property
     def is_local_minmax(self) -> bool:
         return self.kind == PointKind.LOCAL_MINMAX
 
-    @staticmethod
-    def of(values: Optional[Dict[str, Any]]) -> "Certificate":
-        """Makes a certificate from the extension module's dictionary; None: a solve without a point."""
-        if values is None:
-            return Certificate.nothing("the solve ended without a test of its point")
-        values = dict(values)
-        for name in ("inner", "inner_expected", "full", "full_expected"):
-            values[name] = Inertia(*values[name])
-        values["kind"] = PointKind(values["kind"])
-        values["second_order"] = SecondOrder(values["second_order"])
-        values["answer"] = InnerAnswer(values["answer"])
-        return Certificate(**values)
-
-    @staticmethod
-    def nothing(reason: str) -> "Certificate":
-        """Makes the certificate of a point of which nothing is known, with the reason."""
-        none = Inertia(0, 0, 0)
-        return Certificate(kind=PointKind.UNKNOWN_POINT, second_order=SecondOrder.NOT_TESTED, inner=none,
-            inner_expected=none, full=none, full_expected=none, margin=0.0, licq_min=False,
-            licq_max=False, weakly_active_min=0, weakly_active_max=0, finite_differences=False,
-            hessian_error=0.0, hessian_disagrees=False, least_curvature=0.0,
-            least_curvature_variable=-1, answer=InnerAnswer.UNKNOWN, reasons=[reason],
-            proved=False, proved_within=math.inf, proof="")
+    def __post_init__(self) -> None:
+        read = {"kind": PointKind, "second_order": SecondOrder, "answer": InnerAnswer, **dict.fromkeys(
+            ("inner", "inner_expected", "full", "full_expected"), Inertia._make)}
+        for name, of in read.items():  # of the extension module's numbers
+            object.__setattr__(self, name, of(getattr(self, name)))

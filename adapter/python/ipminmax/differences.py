@@ -134,8 +134,7 @@ def _of_step(imaginary: Vector) -> Vector:
 
 def complex_step(function: Function, v: Vector) -> Vector:
     """f'(v) e_j = Im f(v + i h e_j) / h: no cancellation, exact to rounding where f is analytic."""
-    columns = []
-    moved = v.astype(complex)
+    columns, moved = [], v.astype(complex)
     for j in range(v.size):
         moved[j] += 1j * _IMAGINARY
         columns.append(np.ravel(function(moved.copy())).imag)
@@ -173,7 +172,7 @@ def _slope(function: Function, v: Vector, direction: Vector, step: float) -> Opt
         return None
     size = np.maximum(np.abs(here), np.maximum(np.abs(near), np.abs(far)))
     curvature = np.abs(far - 2.0 * near + here) / step**2
-    error = 20.0 * np.finfo(float).eps * size / step + step * curvature * 1e-2
+    error = 20.0 * _EPSILON * size / step + step * curvature * 1e-2
     return (4.0 * near - 3.0 * here - far) / (2.0 * step), error
 
 
@@ -215,22 +214,15 @@ def _directions(size: int, random: np.random.Generator) -> Iterator[Vector]:
         yield np.where(group == k, random.uniform(0.5, 1.0, size) * random.choice([-1.0, 1.0], size), 0.0)
 
 
-def _analytic_at(function: Function, v: Vector, box: Box, random: np.random.Generator) -> bool:
-    """Whether complex steps along directions at v agree with differences."""
-
-    def along(direction: Vector) -> Vector:
-        moved = v.astype(complex) + 1j * _IMAGINARY * direction
-        return _of_step(np.atleast_1d(np.asarray(function(moved))).ravel().imag)
-
-    return all(mismatch(function, along, v, direction, box) is None
-               for direction in _directions(v.size, random))
-
-
 def is_analytic(function: Function, v: Vector, box: Box) -> bool:
     """Whether complex steps may be used around v: at two points near it they agree with differences.
     Not at v itself, where |y|^2 at y = 0 has the derivative 0 that complex steps give it everywhere."""
     random = np.random.default_rng(20240229)
     checked = 0
+
+    def slopes(direction: Vector) -> Vector:
+        return _of_step(np.atleast_1d(np.asarray(function(point + 1j * _IMAGINARY * direction))).ravel().imag)
+
     for share in _MOVES:
         for _ in range(4):  # a function may be undefined there
             point = box.moved(v, random, share)
@@ -240,7 +232,7 @@ def is_analytic(function: Function, v: Vector, box: Box) -> bool:
             try:
                 with warnings.catch_warnings(), np.errstate(all="ignore"):
                     warnings.simplefilter("error", _ComplexWarning)  # the imaginary part was lost
-                    if not _analytic_at(function, point, box, random):
+                    if any(mismatch(function, slopes, point, way, box) for way in _directions(v.size, random)):
                         return False
             except Exception:  # takes no complex numbers
                 return False
@@ -262,10 +254,10 @@ class Derivative:
         self.places: List[Vector] = []  #: where complex steps were taken: the first, second, fourth...
 
     def __call__(self, v: Vector) -> Vector:
-        self._calls += 1
-        if self.is_complex and self._calls & (self._calls - 1) == 0:
-            self.places.append(v.copy())
         if self.is_complex:
+            self._calls += 1
+            if self._calls & (self._calls - 1) == 0:
+                self.places.append(v.copy())
             return complex_step(self._function, v)
         if self._fitted is None:
             self._fitted = self._box.fitted(self._function, self._v0)
@@ -281,21 +273,18 @@ class Derivative:
 
 def check_given(function: Function, derivative: Function, v: Vector, box: Box,
                 name: Callable[[int], str], variable: Callable[[int], str] = "variable {}".format) -> Optional[str]:
-    """Checks a derivative (rows: values, or one row) at v along one random direction, by three more calls
-    of the function. Returns what is wrong, or None."""
+    """Checks a derivative (rows: values, or one row, or a function of a direction) at v along one random direction, by
+    three more calls of the function. Returns what is wrong, or None."""
     random = np.random.default_rng(271828)
     try:
         function(v)  # what fails at v itself is raised, as the solver would
         given = derivative(v)
     except ArithmeticError:  # undefined
         return None
-    matrix = given if hasattr(given, "__matmul__") and not isinstance(given, np.ndarray) else (np.atleast_2d(given))
-    if getattr(matrix, "shape", (0, v.size))[-1] != v.size:
+    matrix = given if callable(given) or hasattr(given, "tocoo") else np.atleast_2d(given)
+    if not callable(given) and matrix.shape[-1] != v.size:
         return None  # the solver says so
-
-    def along(direction: Vector) -> Vector:
-        return np.asarray(matrix @ direction, dtype=float).ravel()
-
+    along = given if callable(given) else lambda direction: np.asarray(matrix @ direction, dtype=float).ravel()
     direction = random.uniform(0.5, 1.0, v.size) * random.choice([-1.0, 1.0], v.size)
     if isinstance(matrix, np.ndarray) and matrix.size and np.all(np.isfinite(matrix)):
         # A variable whose length is far too large must not hide the others.
@@ -305,13 +294,10 @@ def check_given(function: Function, derivative: Function, v: Vector, box: Box,
     found = mismatch(function, along, v, direction, box)
     if found is None:
         return None
-    row, claimed, slope, _ = found
     for j in random.permutation(v.size)[:1000]:  # which variable it is
-        unit = np.zeros(v.size)
-        unit[j] = 1.0
-        alone = mismatch(function, along, v, unit, box)
+        alone = mismatch(function, along, v, np.eye(1, v.size, j)[0], box)
         if alone is not None:
-            row, claimed, slope, along = alone
-            return (f"{name(row)} has the derivative {claimed / along[j]:.6g} to {variable(int(j))}, "
-                    f"but differences give {slope / along[j]:.6g}")
-    return (f"{name(row)} has the slope {claimed:.6g} along a direction, but differences give {slope:.6g}")
+            row, claimed, slope, moved = alone
+            return (f"{name(row)} has the derivative {claimed / moved[j]:.6g} to {variable(int(j))}, "
+                    f"but differences give {slope / moved[j]:.6g}")
+    return f"{name(found[0])} has the slope {found[1]:.6g} along a direction, but differences give {found[2]:.6g}"

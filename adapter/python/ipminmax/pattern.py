@@ -1,6 +1,7 @@
 """The places where a matrix that depends on x and y may be nonzero."""
 
-from typing import Any, Callable, Tuple
+import types
+from typing import Any, Callable, Iterable, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,29 +16,27 @@ def is_sparse(matrix: Any) -> bool:
     return hasattr(matrix, "tocoo")
 
 
-def joined(parts: Tuple[Any, ...], nx: int, ny: int, rows: int, name: str) -> Any:
-    """The matrix (Jx Jy) from a tuple of its two blocks."""
-    if len(parts) != 2:
-        raise ValueError(f"{name} returned a tuple of {len(parts)}, not one of two: to x and to y")
+def joined(parts: Iterable[Any], names: Iterable[str], columns: Sequence[int], rows: int) -> Any:
+    """The matrix of blocks of so many rows and columns side by side, sparse if one is; None: zero."""
     blocks = []
-    for part, columns, to in zip(parts, (nx, ny), "xy"):
-        if not is_sparse(part):
-            part = to_floats(part, f"what {name} returned")
-            if part.size == rows * columns and (part.ndim < 2 or part.size == 0):
-                part = part.reshape(rows, columns)
-        if tuple(part.shape) != (rows, columns):
-            raise ValueError(f"the part of {name} to {to} has shape {part.shape}, expected {(rows, columns)}")
+    for part, name, width in zip(parts, names, columns):
+        if part is not None and not is_sparse(part):
+            part = to_floats(part, name)
+            if part.size == rows * width and (part.ndim < 2 or rows < 2 or width == 0):
+                part = part.reshape(rows, width)
+        if part is not None and tuple(part.shape) != (rows, width):
+            raise ValueError(f"{name} has shape {part.shape}, expected {(rows, width)}")
         blocks.append(part)
-    if any(is_sparse(block) for block in blocks):
+    zeros, stack = np.zeros, np.hstack  # type: Any, Any
+    if any(map(is_sparse, blocks)):
         import scipy.sparse
-        return scipy.sparse.hstack(blocks).tocsr()
-    return np.hstack(blocks)
+        zeros, stack = scipy.sparse.csr_matrix, lambda all_of: scipy.sparse.hstack(all_of).tocsr()
+    return stack([zeros((rows, width)) if part is None else part for part, width in zip(blocks, columns)])
 
 
 class Pattern:
-    """Values of an array or scipy.sparse matrix in the order of a pattern: the places that a sparse
-    matrix stores, or at which an array is nonzero, at the start or at one of a few points around it.
-    A later nonzero elsewhere is an error, not a lost entry."""
+    """Values of an array or scipy.sparse matrix in the order of a pattern: the places that a sparse matrix stores, or
+    where an array is nonzero at the start or a few points around it. A later nonzero elsewhere is an error."""
 
     def __init__(self, function: Matrix, v0: Vector, box: Box, shape: Tuple[int, int], name: str) -> None:
         self.shape, self.name = shape, name
@@ -73,9 +72,7 @@ class Pattern:
         if keys.size == self._keys.size and np.array_equal(keys, self._keys):
             return data
         places = np.searchsorted(self._keys, keys)
-        found = np.zeros(keys.size, dtype=bool)
-        inside = places < self._keys.size
-        found[inside] = self._keys[places[inside]] == keys[inside]
+        found = np.isin(keys, self._keys)
         if np.any(np.isnan(data[~found])):  # undefined there: so is every entry
             return np.full(self._keys.size, np.nan)
         if not np.all(found):
@@ -88,18 +85,15 @@ class Pattern:
         return np.bincount(places, weights=data, minlength=self._keys.size).astype(float)
 
 
-class ConstantPattern:
-    """The pattern and values of a constant matrix."""
-
-    def __init__(self, matrix: Any) -> None:
-        if is_sparse(matrix):
-            matrix = matrix.tocsr().copy()
-            matrix.sum_duplicates()
-            coo = matrix.tocoo()
-            self.rows, self.cols, self.data = coo.row, coo.col, np.asarray(coo.data, dtype=float)
-        else:
-            self.rows, self.cols = np.nonzero(matrix)
-            self.data = matrix[self.rows, self.cols]
+def entries(matrix: Any) -> Any:
+    """Has the rows, cols and data of a constant matrix."""
+    if is_sparse(matrix):
+        found = matrix.tocsr().copy()
+        found.sum_duplicates()
+        found = found.tocoo()
+        return types.SimpleNamespace(rows=found.row, cols=found.col, data=np.asarray(found.data, dtype=float))
+    rows, cols = np.nonzero(matrix)
+    return types.SimpleNamespace(rows=rows, cols=cols, data=matrix[rows, cols])
 
 
 def lower_triangle(pattern: Pattern) -> npt.NDArray[np.bool_]:

@@ -1,10 +1,10 @@
 """The solver with the shape of cyipopt's Problem."""
 
+import contextlib
 import operator
-import sys
 import warnings
 import weakref
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, Hashable, Iterator, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +12,11 @@ import numpy.typing as npt
 from . import _core
 from .certificate import Certificate
 from .differences import Box, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
-from .sensitivity import Sensitivity
+from .sensitivity import NoSensitivity, Sensitivity
 
 MIN, MAX = 0, 1
 
-_core.set_exceptions(EvaluationError, LimitReached)
+_core.set_exceptions(EvaluationError, LimitReached, NoSensitivity)
 
 _FUNCTIONS = ("objective", "gradient", "constraints", "jacobian", "hessian", "intermediate",
               "constraint_rows", "jacobian_rows")
@@ -40,6 +40,49 @@ def to_floats(values: Any, name: str) -> Vector:
     return np.ascontiguousarray(array, dtype=float)
 
 
+def to_function(function: Any, name: str) -> Callable[..., Any]:
+    if not callable(function):
+        raise TypeError(f"{name} is {function!r:.60}, not a function")
+    checked: Callable[..., Any] = function
+    return checked
+
+
+def refuse(wrong: Any, message: Callable[[int], str]) -> None:
+    """Raises a ValueError with the message of the first index at which something is wrong."""
+    if np.any(wrong):
+        raise ValueError(message(int(np.argmax(wrong))))
+
+
+def to_array(values: Any, name: str, size: Any = None, finite: bool = True) -> Vector:
+    """A row of numbers, of one number as many as size says; size (None, n): a matrix of n columns."""
+    array = to_floats(values, name)
+    if isinstance(size, tuple):
+        if array.ndim != 2 or array.size == 0 or size[1] not in (None, array.shape[1]):
+            raise ValueError(f"{name} has shape {array.shape}; it must be a matrix"
+                             + (f" of {size[1]} columns" if size[1] else ""))
+    else:
+        array = np.full(size, array) if size is not None and array.shape in ((), (1,)) else np.atleast_1d(array)
+        if array.ndim != 1 or array.size != (size or array.size) or array.size == 0 and size is None:
+            raise ValueError(f"{name} has shape {array.shape}, expected {size or 'one row of'} numbers")
+    refuse(~np.isfinite(array) if finite else np.isnan(array), lambda at: "{}[{}] is {}".format(
+        name, ", ".join(map(str, np.unravel_index(at, array.shape))), array.flat[at]))
+    return array
+
+
+def to_amount(value: Any, name: str, positive: bool = False) -> float:
+    number = to_floats(value, name).ravel()
+    if number.size != 1 or not 0.0 <= number[0] < np.inf or positive and number[0] == 0.0:
+        raise ValueError(f"{name} is {value!r:.60}; it must be a number, {'positive' if positive else 'not negative'}")
+    return float(number[0])
+
+
+def returned(values: Any, name: str) -> Vector:
+    """What a function returned as a row of numbers; errors name the function."""
+    if values is None:
+        raise TypeError(f"{name} returned None")
+    return to_floats(values, f"what {name} returned").ravel()
+
+
 def to_count(value: Any, name: str) -> int:
     try:
         count = operator.index(value)
@@ -50,38 +93,29 @@ def to_count(value: Any, name: str) -> int:
     return count
 
 
+def to_names(names: Any, size: int, name: str) -> List[str]:
+    """As texts; none where none are given."""
+    found = [str(one) for one in ([] if names is None else names)]
+    if found and len(found) != size:
+        raise ValueError(f"{name} has {len(found)} entries, but there are {size}")
+    return found
+
+
 def to_players(players: Any, size: int, name: str) -> npt.NDArray[np.intc]:
     """Array of 0 (Min) and 1 (Max) from numbers, booleans, the strings "min" and "max", or one string for all."""
-    names = {"min": MIN, "max": MAX}
-
-    def number(i: int, player: Any) -> int:
-        if isinstance(player, str):
-            found = names.get(player.lower())
-        elif isinstance(player, (bool, int, float, np.generic)) and player in (0, 1):
-            found = int(player == 1)
-        else:
-            found = None
-        if found is None:
-            raise ValueError(f"{name}[{i}] = {player!r:.60} must be 0 or \"min\", or 1 or \"max\"")
-        return found
-
+    codes = {"min": MIN, "max": MAX, 0: MIN, 1: MAX}
     if isinstance(players, str):
-        return np.full(size, number(0, players), dtype=np.intc)
-    if not isinstance(players, np.ndarray) or players.ndim == 0:
-        try:
-            players = list(players)
-        except TypeError:
-            raise TypeError(f"{name} must have one entry for each, not {players!r:.60}") from None
-    values = np.asarray(players).ravel() if len(set(map(type, players))) == 1 else np.empty(0, object)
-    is_max = values == 1 if values.dtype.kind in "biuf" else values == "max"
-    is_min = values == 0 if values.dtype.kind in "biuf" else values == "min"
-    if values.size and np.all(is_max | is_min):
-        found = is_max.astype(np.intc)
-    else:
-        found = np.array([number(i, p) for i, p in enumerate(players)], dtype=np.intc)
-    if found.size != size:
-        raise ValueError(f"{name} has {found.size} entries, but there are {size}")
-    return found
+        players = [players] * size
+    try:
+        given = np.array(list(players), dtype=object).ravel().tolist()
+    except TypeError:
+        raise TypeError(f"{name} must have one entry for each, not {players!r:.60}") from None
+    found = [codes.get(p.lower() if isinstance(p, str) else p) if isinstance(p, Hashable) else None for p in given]
+    refuse([code is None for code in found],
+           lambda i: f"{name}[{i}] = {given[i]!r:.60} must be 0 or \"min\", or 1 or \"max\"")
+    if len(found) != size:
+        raise ValueError(f"{name} has {len(found)} entries, but there are {size}")
+    return np.array(found, dtype=np.intc)
 
 
 def to_bounds(values: Any, size: int, default: float, name: str) -> Vector:
@@ -103,10 +137,7 @@ def to_indices(values: Any, limit: int, name: str) -> npt.NDArray[np.intc]:
         array = np.where(np.abs(array) < 2.0**62, array, -1.0).astype(np.int64)
     if array.dtype.kind not in "iub":
         raise TypeError(f"{name} must be integers, not {values!r:.60}")
-    wrong = (array < 0) | (array >= limit)
-    if np.any(wrong):
-        at = int(np.argmax(wrong))
-        raise ValueError(f"{name}[{at}] = {array[at]} is not between 0 and {limit - 1}")
+    refuse((array < 0) | (array >= limit), lambda at: f"{name}[{at}] = {array[at]} is not between 0 and {limit - 1}")
     return array.astype(np.intc)
 
 
@@ -125,10 +156,6 @@ def _structure(functions: Any, name: str, rows: int, cols: int
     if pair[0].size != pair[1].size:
         raise ValueError(f"{name} returned {pair[0].size} rows and {pair[1].size} columns")
     return pair
-
-
-def _as_indices(rows: Any, cols: Any) -> Tuple[npt.NDArray[np.intc], npt.NDArray[np.intc]]:
-    return rows.astype(np.intc), cols.astype(np.intc)
 
 
 def recording(n: int, m: int, objective: Any, constraints: Any) -> "_core.Recording":
@@ -161,20 +188,19 @@ class Problem:
     hessian second derivatives are differences of first ones, with the pattern of hessianstructure if it exists, else
     with a detected one.
 
-    players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the maximizer, or one
-    string for all; None is a plain minimization, with a warning. constraint_players: m entries, or
-    None: a constraint with an entry in a Max variable is Max's. A constraint of Min that reads Max
-    variables is robust: it must hold for every y. names, constraint_names: n and m names for messages.
+    players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the maximizer, or one string for all;
+    None is a plain minimization, with a warning. constraint_players: m entries, or None: a constraint with an entry in
+    a Max variable is Max's. A constraint of Min that reads Max variables is robust: it must hold for every y. names,
+    constraint_names: n and m names for messages.
 
     With the option minmax_worst_case_proof objective and constraints are also called with an array of
     numbers that record NumPy's operations. Methods objective_over and constraints_over, if defined, are called instead.
 
-    solve raises the exceptions of these methods; EvaluationError says that a function is undefined at a
-    point. Ctrl-C (KeyboardInterrupt), max_wall_time and max_cpu_time end the solve before the next call
-    of a method; solve returns the best point reached, after Ctrl-C with info["interrupted"] True.
-    Solves release the interpreter's lock. If check_derivatives is True (the default), gradient and
-    jacobian are compared with differences along one direction at the start and at the answer, by
-    four calls of objective and constraints each.
+    solve raises the exceptions of these methods; EvaluationError says that a function is undefined at a point. Ctrl-C
+    (KeyboardInterrupt), max_wall_time and max_cpu_time end the solve before the next call of a method; solve returns
+    the best point reached, after Ctrl-C with info["interrupted"] True. Solves release the interpreter's lock. If
+    check_derivatives is True (the default), gradient and jacobian are compared with differences along one direction at
+    the start and at the answer, by four calls of objective and constraints each.
     """
 
     check_derivatives: bool = True
@@ -188,55 +214,36 @@ class Problem:
                  constraint_players: Any = None, names: Any = None, constraint_names: Any = None) -> None:
         n, m = to_count(n, "n"), to_count(m, "m")
         functions = self if problem_obj is None else problem_obj
-        methods: Dict[str, Any] = {}
-        for name in _FUNCTIONS:
-            method = getattr(functions, name, None)
-            if method is not None:
-                if not callable(method):
-                    raise TypeError(f"{name} of problem_obj is no function")
-                methods[name] = method
-        needed = ["objective", "gradient"] + (["constraints", "jacobian"] if m > 0 else [])
-        for name in needed:
+        methods = {name: getattr(functions, name) for name in _FUNCTIONS if getattr(functions, name, None) is not None}
+        for name, method in methods.items():
+            if not callable(method):
+                raise TypeError(f"{name} of problem_obj is no function")
+        for name in ["objective", "gradient"] + ["constraints", "jacobian"] * (m > 0):
             if name not in methods:
                 raise ValueError(f"problem_obj has no method {name}")
-        none = np.zeros(0, dtype=np.intc)
-        jac = _structure(functions, "jacobianstructure", m, n) if m > 0 else (none, none)
-        if jac is None:
-            jac = _as_indices(*np.divmod(np.arange(n * m), max(n, 1)))
+        jac = _structure(functions, "jacobianstructure", m, n) if m > 0 else None
+        jac = jac or np.divmod(np.arange(n * m), max(n, 1))
         hess = _structure(functions, "hessianstructure", n, n)
-        self._pattern_only = hess is not None and "hessian" not in methods
-        if hess is None:
-            hess = (none, none) if "hessian" not in methods else _as_indices(*np.tril_indices(n))
+        pattern_only = hess is not None and "hessian" not in methods
+        hess = hess or (np.tril_indices(n) if "hessian" in methods else ((), ()))
         if players is None:
             if n > 0:
                 warnings.warn("players is None: all variables are the minimizer's, this is a plain "
                               "minimization (players=\"min\" says so)", UserWarning, stacklevel=2)
             players = "min"
-        if self._pattern_only:  # its structure is read, its values are not
+        if pattern_only:  # its structure is read, its values are not
             methods["hessian"] = None
-        owners = constraint_players
-        self.n, self.m = n, m
-        self._players = to_players(players, n, "players")
-        self._methods, self._options = methods, {}  # type: Dict[str, Any], Dict[str, Any]
-        self._jacobian_places = jac
+        self.n, self.m, self._methods, self._jacobian_places = n, m, methods, jac
+        self._options: Dict[str, Any] = {}
         self._bounds = [to_bounds(lb, n, -1e20, "lb"), to_bounds(ub, n, 1e20, "ub"),
                         to_bounds(cl, m, -1e20, "cl"), to_bounds(cu, m, 1e20, "cu")]
-        for low, up, words in ((0, 1, "lb ub variable"), (2, 3, "cl cu constraint")):
-            wrong = self._bounds[low] > self._bounds[up]
-            if np.any(wrong):
-                at, (a, b, what) = int(np.argmax(wrong)), words.split()
-                raise ValueError(f"{a}[{at}] = {self._bounds[low][at]} is above {b}[{at}] = "
-                                 f"{self._bounds[up][at]} ({what} {at})")
-        variable_lower, variable_upper, lower, upper = self._bounds
+        for a, b, low, up in (("lb", "ub", *self._bounds[:2]), ("cl", "cu", *self._bounds[2:])):
+            refuse(low > up, lambda at: f"{a}[{at}] = {low[at]} is above {b}[{at}] = {up[at]}")
         self._solver: Optional[_core.Problem] = _core.Problem(
-            n, m, methods, variable_lower, variable_upper, lower, upper, self._players,
-            None if owners is None else to_players(owners, m, "constraint_players"), *jac, *hess, self._pattern_only)
-        given = [[str(name) for name in own or ()] for own in (names, constraint_names)]
-        for own, size, what in zip(given, (n, m), ("names", "constraint_names")):
-            if own and len(own) != size:
-                raise ValueError(f"{what} has {len(own)} entries, but there are {size}")
-        self._solver.set_names(*given)
-        if self._pattern_only:
+            n, m, methods, *self._bounds, to_players(players, n, "players"), None if constraint_players is None
+            else to_players(constraint_players, m, "constraint_players"), *jac, *hess)
+        self._solver.set_names(to_names(names, n, "names"), to_names(constraint_names, m, "constraint_names"))
+        if pattern_only:
             self._solver.add_option("hessian_approximation", "finite-difference-values")
         self._solver.set_recorder(lambda: recording(n, m, *[getattr(functions, name + "_over", methods.get(name))
                                                            for name in ("objective", "constraints")]))
@@ -262,8 +269,7 @@ class Problem:
         self._core.add_option(keyword, value)
         self._options[keyword] = value
 
-    def set_problem_scaling(self, obj_scaling: float = 1.0, x_scaling: Any = None,
-                            g_scaling: Any = None) -> None:
+    def set_problem_scaling(self, obj_scaling: float = 1.0, x_scaling: Any = None, g_scaling: Any = None) -> None:
         """Sets factors of f, of the variables (n) and of the constraints (m). They need the option
         nlp_scaling_method user-scaling."""
         self._scaling = (float(obj_scaling), None if x_scaling is None else to_floats(x_scaling, "x_scaling"),
@@ -317,22 +323,46 @@ class Problem:
         multipliers. Ordering and symbolic factorization are kept."""
         return self._solve(x, (), (), (), True)
 
-    def _solve(self, x: Any, lagrange: Any, zl: Any, zu: Any, again: bool
-               ) -> Tuple[Vector, Dict[str, Any]]:
+    def _solve(self, x: Any, lagrange: Any, zl: Any, zu: Any, again: bool) -> Tuple[Vector, Dict[str, Any]]:
         self._core  # raises if it is closed
-        given = [to_floats(a, name).ravel() for a, name in
-                 ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
+        given = [to_floats(a, name).ravel() for a, name in ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
         if given[0].size != self.n:
             raise ValueError(f"x must have {self.n} entries, not {given[0].size}")
-        return self._alone(lambda: self._solve_from(given, again))
+        with self._alone() as core:
+            again, self._is_new = again and not self._is_new, False
+            interrupted = False
+            try:
+                wrong = self._wrong_derivative(given[0], given[0])
+                if wrong is not None:
+                    warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=3)
+            except KeyboardInterrupt:
+                interrupted = True
+            info = core.solve(*given, again, interrupted)
+            # None: there is no point.
+            info["certificate"] = Certificate(**(info["certificate"] or {"reasons": [info["status_msg"]]}))
+            info["derivative_error"] = None
+            if self._game is not None:
+                self._game.end(info)
+            if info["status"] in _SUCCESS:
+                try:
+                    wrong = self._wrong_derivative(info["x"], given[0])
+                    if wrong is not None:
+                        refute(info, wrong)
+                        warnings.warn(f"at the answer {wrong}", DerivativeWarning, stacklevel=3)
+                except KeyboardInterrupt:
+                    info["interrupted"] = True
+            return info["x"], info
 
-    def _alone(self, solve: Any) -> Any:
-        """What a solve returns that is not called inside another one."""
-        if self._solving or self._core.solving:
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[Any]:
+        """For a solve that is not made inside another one."""
+        if self._core.solving or self._solving:
             raise RuntimeError("the problem is being solved: no solve inside its own functions")
         self._solving = True
         try:
-            return solve()
+            if self._game is not None:
+                self._game.begin(self)
+            yield self._core
         finally:
             self._solving = False
 
@@ -347,44 +377,6 @@ class Problem:
         if self._scaling is not None:
             self._core.set_scaling(*self._scaling)
 
-    def _solve_from(self, given: List[Vector], again: bool) -> Tuple[Vector, Dict[str, Any]]:
-        interrupted, core = False, self._core
-        if self._game is not None:
-            self._game.begin(self)
-            again, core, self._is_new = again and not self._is_new, self._core, False
-        try:
-            wrong = self._wrong_derivative(given[0], given[0])
-            if wrong is not None:
-                warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=4)
-        except KeyboardInterrupt:
-            interrupted = True
-        # A line of progress can be refreshed on a terminal; a notebook's stdout is another object.
-        terminal = sys.stdout is not None and sys.stdout is sys.__stdout__ and sys.stdout.isatty()
-        if terminal:
-            sys.stdout.flush()
-        info = core.solve(given[0], given[1], given[2], given[3], again, terminal, interrupted)
-        certificate = core.certificate()
-        info["certificate"] = (Certificate.of(certificate) if certificate is not None else
-                               Certificate.nothing(info["status_msg"]))
-        info["worst_case"] = core.worst_case()
-        info["worst_cases"] = core.worst_cases()
-        info["proofs"] = core.proofs()
-        info["points"] = core.points()
-        info["statements"] = core.statements() or [info["status_msg"]]
-        info["statistics"] = core.statistics() or {"iterations": info["iterations"]}
-        info["derivative_error"] = None
-        if self._game is not None:
-            self._game.end(info)
-        if info["status"] in _SUCCESS:
-            try:
-                wrong = self._wrong_derivative(info["x"], given[0])
-                if wrong is not None:
-                    refute(info, wrong)
-                    warnings.warn(f"at the answer {wrong}", DerivativeWarning, stacklevel=4)
-            except KeyboardInterrupt:
-                info["interrupted"] = True
-        return info["x"], info
-
     def _wrong_derivative(self, v: Vector, start: Vector) -> Optional[str]:
         if not self.check_derivatives or not np.all(np.isfinite(v)):
             return None
@@ -397,31 +389,25 @@ class Problem:
         return wrong
 
     def _returned(self, name: str, v: Vector) -> Vector:
-        return to_floats(self._methods[name](v.copy()), f"what {name} returned").ravel()
+        return returned(self._methods[name](v.copy()), name)
 
     def _row_slopes(self, v: Vector) -> Any:
         rows, cols = self._jacobian_places
         values = self._returned("jacobian", v)
         if values.size != rows.size:
             raise ArithmeticError  # the solver says what is wrong
-        return _Rows(rows, cols, values, self.m)
+        return lambda direction: np.bincount(rows, values * direction[cols], self.m).astype(float)
 
     def gap(self, v: npt.ArrayLike) -> float:
         """The duality gap at v: the largest objective over the maximizer's variables less the least one
-        over the minimizer's, the other player's held at v, by two solves from there. The value of the
-        game lies between these two values. 0 (in practice 1e-6 of the range of f) proves a saddle point over
-        all variables of both players, perhaps one of several. ValueError says why there is none: a constraint that is not linear or reads variables
-        of both players, an objective that is not convex in the minimizer's variables and concave in
-        the maximizer's, as far as second derivatives show, a solve that failed."""
-        self._core  # raises if it is closed
-        point = to_floats(v, "v").ravel()
-
-        def find() -> Any:
-            if self._game is not None:
-                self._game.begin(self)
-            return self._core.gap(point)
-        most, least = self._alone(find)
-        return float(most - least)
+        over the minimizer's, the other player's held at v, by two solves from there. The value of the game lies between
+        these two values. 0 (in practice 1e-6 of the range of f) proves a saddle point over all variables of both
+        players, perhaps one of several. ValueError says why there is none: a constraint that is not linear or reads
+        variables of both players, an objective that is not convex in the minimizer's variables and concave in the
+        maximizer's, as far as second derivatives show, a solve that failed."""
+        with self._alone() as core:
+            most, least = core.gap(to_floats(v, "v").ravel())
+            return float(most - least)
 
     def get_current_iterate(self) -> Optional[Dict[str, Any]]:
         """Inside intermediate: dict with x, mult_x_L, mult_x_U (n), g, mult_g (m); None elsewhere."""
@@ -433,7 +419,7 @@ class Problem:
 
     def sensitivity(self) -> Sensitivity:
         """Returns the Sensitivity of the last solution. Raises NoSensitivity, which says why, if there is none."""
-        return Sensitivity(self._core)
+        return Sensitivity(self._core, self.n, self.m)
 
     def close(self) -> None:
         """Frees the solver's memory; the problem cannot be used afterwards."""
@@ -442,20 +428,9 @@ class Problem:
         self._solver, self._methods = None, {}
 
 
-class _Rows:
-    """Sparse rows that can be multiplied with a direction; no SciPy."""
-
-    def __init__(self, rows: Any, cols: Any, values: Any, count: int) -> None:
-        self._rows, self._cols, self._values, self._count = rows, cols, values, count
-
-    def __matmul__(self, direction: Vector) -> Vector:
-        weights = self._values * direction[self._cols]
-        return np.bincount(self._rows, weights=weights, minlength=self._count).astype(float)
-
-
 def refute(info: Dict[str, Any], why: str) -> None:
     """Takes back success and certificate: the derivatives do not belong to the given functions."""
     info["derivative_error"] = why
     info["status"], info["status_name"] = -11, "wrong derivatives"
     info["status_msg"] = f"the derivatives are wrong, so this is no solution: {why}"
-    info["certificate"] = Certificate.nothing(why)
+    info["certificate"] = Certificate(reasons=[why])

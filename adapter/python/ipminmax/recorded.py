@@ -65,17 +65,16 @@ class Recorded:
     def _both(self, v: Vector) -> Tuple[Vector, Vector]:
         """Values of the functions, NaN where they are undefined, and of the formulas."""
         own = np.r_[self.formulas.objective(v), self.formulas.constraints(v)]
-        parts, at = [_values(self._game.value, v)], [1]
-        for row in self._rows:
-            parts.append(_values(lambda w, row=row: self._game.row_values(row, w), v))
-            at.append(row.size)
-        found = np.concatenate([np.full(size, np.nan) if part is None else part for part, size in zip(parts, at)])
+        parts = [_values(self._game.value, v)] + [
+            _values(lambda w, row=row: self._game.row_values(row, w), v) for row in self._rows]  # type: ignore[misc]
+        found = np.concatenate([np.full(size, np.nan) if part is None else part
+                                for part, size in zip(parts, [1] + [row.size for row in self._rows])])
         if found.size != own.size:
             raise TypeError("a function returns other numbers of values")
         return found, own
 
     def _recording(self) -> Any:
-        return recording(self._game.n, len(self._game.places), self._game.objective_over, self._game.constraints_over)
+        return recording(self._game.n, len(self._game.places), self._game.value, self._game.constraints_over)
 
     def update(self) -> bool:
         """Reads the numbers in the functions anew. False: they now do other operations."""

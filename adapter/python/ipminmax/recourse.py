@@ -6,7 +6,7 @@ from typing import Any, Callable, List, Optional, Tuple
 import numpy as np
 
 from .differences import Vector
-from .problem import to_count, to_floats, to_indices
+from .problem import refuse, to_amount, to_array, to_count, to_floats, to_function, to_indices
 
 RULES = ("static", "affine", "quadratic")
 
@@ -59,13 +59,8 @@ class Recourse:
 
     def numbers(self, name: str, otherwise: float) -> Vector:
         """The argument as one number for each decision."""
-        values = getattr(self, name)
-        array = np.full(1, otherwise) if values is None else to_floats(values, f"{name} of Recourse").ravel()
-        if array.size not in (1, self.n):
-            raise ValueError(f"{name} of Recourse has {array.size} entries, expected {self.n}")
-        if np.any(np.isnan(array)):
-            raise ValueError(f"{name} of Recourse has an entry that is NaN")
-        return np.broadcast_to(array, self.n)
+        values, name = getattr(self, name), f"{name} of Recourse"
+        return to_array(to_floats(otherwise if values is None else values, name).ravel(), name, self.n, False)
 
     def check(self) -> None:
         self.n = to_count(self.n, "n of Recourse")
@@ -73,17 +68,13 @@ class Recourse:
             raise ValueError(f"rule of Recourse is {self.rule!r:.60}; it must be one of {RULES}")
         if (self.equations is None) != (np.size(self.states) == 0):
             raise ValueError("equations of Recourse need states at the start, and states need equations")
-        if not (self.equations is None or callable(self.equations)):
-            raise TypeError(f"equations of Recourse is {self.equations!r:.60}, not a function")
+        if self.equations is not None:
+            to_function(self.equations, "equations of Recourse")
         if not np.all(np.isfinite(to_floats(self.states, "states of Recourse"))):
             raise ValueError("states of Recourse has an entry that is not finite")
-        price = to_floats(self.price, "price of Recourse")
-        if price.size != 1 or not 0.0 <= price[0] < np.inf:
-            raise ValueError(f"price of Recourse is {self.price!r:.60}; it must be a number, not negative")
+        self.price = to_amount(self.price, "price of Recourse")
         low, up = self.numbers("lower", -np.inf), self.numbers("upper", np.inf)
-        if np.any(low > up):
-            i = int(np.argmax(low > up))
-            raise ValueError(f"lower[{i}] = {low[i]:g} of Recourse is above upper[{i}] = {up[i]:g}")
+        refuse(low > up, lambda i: f"lower[{i}] = {low[i]:g} of Recourse is above upper[{i}] = {up[i]:g}")
 
 
 def _is_list(given: Any) -> bool:
@@ -105,12 +96,10 @@ class Policy:
         ny, order, self.stages = lower.size, RULES.index(recourse.rule), recourse.stages
         self._center, width = 0.5 * (lower + upper), 0.5 * (upper - lower)
         self._width = np.where(width > 0.0, width, 1.0)
-        self._pairs = np.array([(i, j) for i in range(ny) for j in range(i, ny)] if order > 1 else [],
-                               dtype=int).reshape(-1, 2).T
+        first, second = self._pairs = np.triu_indices(ny if order > 1 else 0)
         sees = np.zeros((recourse.n, ny), dtype=bool)
         for row, y in zip(sees, recourse.seen(ny)):
             row[y] = width[y] > 0.0
-        first, second = self._pairs
         self._free = np.hstack([np.ones((recourse.n, 1), dtype=bool), sees & (order > 0),
                                 sees[:, first] & sees[:, second]])
         everything = np.zeros(self._free.shape)
@@ -119,12 +108,12 @@ class Policy:
         rows, self._columns = np.nonzero(self._free)
         self._sum = 1.0 * (rows == np.arange(recourse.n)[:, None])
         #: Price of the square of each of them.
-        self.prices = np.where(self._columns > 0, float(recourse.price), 0.0)
+        self.prices = np.where(self._columns > 0, recourse.price, 0.0)
 
     def _basis(self, y: Any) -> Any:
         v = (y - self._center) / self._width
         first, second = self._pairs
-        return np.concatenate([[1.0], v] + ([v[first] * v[second]] if first.size else []))
+        return np.concatenate([[1.0], v, v[first] * v[second]])
 
     def _all(self, free: Any) -> Any:
         matrix = np.zeros(self._free.shape, dtype=free.dtype)
@@ -138,19 +127,12 @@ class Policy:
     def derivatives(self, free: Vector, y: Vector, q: Vector) -> Tuple[Vector, Vector, Vector, Vector]:
         """Derivatives of z with respect to the free coefficients and to y, and second ones of q'z: to
         coefficients and y, and to y twice."""
-        (first, second), basis = self._pairs, self._basis(y)
-        v, turn, matrix = (y - self._center) / self._width, np.zeros((basis.size, y.size)), self._all(free)
-        turn[1:1 + y.size], bend = np.eye(y.size), np.zeros((y.size, y.size))
-        pairs = np.arange(1 + y.size, basis.size)
-        turn[pairs, first] += v[second]
-        turn[pairs, second] += v[first]
-        np.add.at(bend, (first, second), (q @ matrix)[pairs])
-        rows, columns = np.nonzero(self._free)
-        to_free = np.zeros((len(matrix), rows.size))
-        to_free[rows, np.arange(rows.size)] = basis[columns]
-        turn = turn / self._width
-        return (to_free, matrix @ turn, q[rows, None] * turn[columns],
-                (bend + bend.T) / np.outer(self._width, self._width))
+        (first, second), v, one = self._pairs, (y - self._center) / self._width, np.eye(y.size)
+        turn = np.vstack([0.0 * v, one, v[second, None] * one[first] + v[first, None] * one[second]]) / self._width
+        matrix, bend = self._all(free), np.zeros((y.size, y.size))
+        bend[first, second] = (q @ matrix)[1 + y.size:]
+        return (self._sum * self._basis(y)[self._columns], matrix @ turn,
+                (q @ self._sum)[:, None] * turn[self._columns], (bend + bend.T) / np.outer(self._width, self._width))
 
     def __call__(self, y: Any) -> Vector:
         z: Vector = self.of(self.answer, to_floats(y, "y").ravel())
@@ -162,8 +144,8 @@ class Policy:
         matrix, ny = self._all(self.answer), self._center.size
         constant, linear = matrix[:, 0], matrix[:, 1:1 + ny] / self._width
         square = np.zeros((len(matrix), ny, ny))
-        for values, i, j in zip(matrix[:, 1 + ny:].T, *self._pairs):
-            square[:, i, j] += 0.5 * values / (self._width[i] * self._width[j])
-            square[:, j, i] += 0.5 * values / (self._width[i] * self._width[j])
+        first, second = self._pairs
+        square[:, first, second] = 0.5 * matrix[:, 1 + ny:] / (self._width[first] * self._width[second])
+        square += square.transpose(0, 2, 1)
         bent = square @ self._center
         return [constant - linear @ self._center + bent @ self._center, linear - 2.0 * bent, square]

@@ -16,16 +16,14 @@ def _named(values: Any, names: Any) -> str:
 
 
 def printed(result: Any) -> str:
-    """Returns the text of print(result): value, kind, worst cases and active robust rows, what was searched, effort."""
+    """Returns the text of a result: value, kind, worst cases and active robust rows, what was searched, effort."""
     certificate = result.certificate
-    reasons = certificate.reasons.splitlines() if isinstance(certificate.reasons, str) else certificate.reasons
     proved = [p for p in result.proofs if p.complete]
-    kind = "local minmax, certified" if certificate.is_local_minmax else (
-        str(certificate.kind).lower().replace("_", " ") + ", not certified")
+    kind = f"{certificate.kind}, {'not ' * (not certificate.is_local_minmax)}certified".lower().replace("_", " ")
     words = ["local in x and y" if not proved else f"proved over all y: {len(proved)} of {len(result.proofs)} bounds"]
     words += ["that there is one nearby is proved"] * certificate.proved
     advice = [line for line in result.statements[0].splitlines()[1:] if line not in result.message]
-    lines = [("value", f"{result.fun:.9g}"), ("kind", f"{kind} ({'; '.join(words)})"),
+    lines = [("value", f"{result.fun:.9g}"), ("success", result.success), ("kind", f"{kind} ({'; '.join(words)})"),
              ("why it ended", "\n".join([result.message] + advice))]
     with np.printoptions(precision=6, threshold=10, edgeitems=3, linewidth=1000):
         names = result.names
@@ -37,16 +35,14 @@ def printed(result: Any) -> str:
         for name, cases in (("worst case", [c for c in active if c.constraint is None]),
                             ("active row", [c for c in active if c.constraint is not None])):
             lines += [(name, f"{_place(c, names)}: {c.value:.9g} at {'' if 'y' in names else 'y = '}"
-                       f"{_named(c.y, names.get('y'))}, multiplier {c.multiplier:.4g}")
-                      for c in cases[:5]]
+                       f"{_named(c.y, names.get('y'))}, multiplier {c.multiplier:.4g}") for c in cases[:5]]
             lines += [(name, f"... and {len(cases) - 5} more")] * (len(cases) > 5)
     lines += list(zip(("over y", "over x"), result.statements[2:]))
-    lines += [("reason", reason) for reason in reasons[:3]]
-    seconds = result.info.get("statistics", {}).get("seconds", 0.0)
-    lines.append(("effort", f"{result.nit} iterations, {result.nfev} calls of functions, {seconds:.2f} s"))
-    width = max(len(name) for name, _ in lines)
-    indent = "\n" + " " * (width + 2)
-    return "\n".join(f"{name:>{width}}: " + str(value).replace("\n", indent) for name, value in lines)
+    lines += [("reason", reason) for reason in certificate.reasons[:3]]
+    lines.append(("effort", f"{result.nit} iterations, {result.nfev} calls of functions, "
+                  f"{result.info.get('statistics', {}).get('seconds', 0.0):.2f} s"))
+    wide = max(len(name) for name, _ in lines)
+    return "\n".join(f"{name:>{wide}}: " + str(value).replace("\n", "\n" + " " * (wide + 2)) for name, value in lines)
 
 
 def table(result: Any) -> Any:
@@ -70,10 +66,12 @@ class Progress:
         self._intermediate, self._iterate = intermediate, iterate
         self._rounds, self._searches, self._best, self._text, self._last = 0, 0, np.inf, "", -np.inf
         try:
-            import tqdm
-            self._bar: Any = tqdm.tqdm(bar_format="{desc} [{elapsed}]", file=sys.stderr)
+            import tqdm  # type: ignore[import]
+            bar = tqdm.tqdm(bar_format="{desc} [{elapsed}]", file=sys.stderr)
+            self._show, self._end = bar.set_description_str, bar.close
         except ImportError:
-            self._bar = None
+            self._show = lambda text: print(f"\r{text:<100}", end="", file=sys.stderr, flush=True)
+            self._end = lambda: print(file=sys.stderr)
 
     def __call__(self, mode: Any, iteration: int, value: float, violation: float, *more: Any) -> Any:
         over_x = self._iterate() is not None  # None: a maximization over y at a held x
@@ -86,17 +84,10 @@ class Progress:
                           f"{value:.6g}, violation {violation:.1e}, best {self._best:.6g}")
             if time.monotonic() - self._last > 0.1:
                 self._last = time.monotonic()
-                self._show("\r")
+                self._show(self._text)
         return True if self._intermediate is None else self._intermediate(mode, iteration, value, violation, *more)
-
-    def _show(self, end: str) -> None:
-        if self._bar is None:
-            print(f"{self._text:<100}", end=end, file=sys.stderr, flush=True)
-        else:
-            self._bar.set_description_str(self._text)
 
     def close(self) -> None:
         """Shows the last iterate; what is printed next has a line of its own."""
-        self._show("\n")
-        if self._bar is not None:
-            self._bar.close()
+        self._show(self._text)
+        self._end()

@@ -109,33 +109,10 @@ class MinmaxResult:
     def __getstate__(self) -> Dict[str, Any]:
         return {**self.__dict__, "problem": None}
 
-    def __str__(self) -> str:
-        return report.printed(self)
-
-    def worst_case_table(self) -> Any:
-        """Returns the worst cases as a frame of pandas, without pandas as a list of dicts. Columns: "of" (a text),
-        "value", "multiplier", "active", and one for each entry of y: its name, or y[0], y[1] and so on."""
-        return report.table(self)
+    __repr__ = __str__ = report.printed
+    worst_case_table = report.table
 
     def plot(self, axes: Any = None) -> Any:
         """Draws the worst cases (plot.draw_worst_cases)."""
         from .plot import draw_worst_cases
         return draw_worst_cases(self, axes)
-
-    def __repr__(self) -> str:
-        with np.printoptions(precision=6, threshold=10, edgeitems=3):
-            lines = {"kind": self.certificate.kind, "success": self.success, "message": self.message,
-                     "fun": self.fun, "x": self.x, "y": self.y, "nit": self.nit, "nfev": self.nfev}
-            # What the message does not say: the point over all of y, and over x.
-            for name, statement in zip(("over y", "over x"), self.statements[2:]):
-                if statement not in self.message:
-                    lines[name] = statement
-            reasons = [r for r in self.certificate.reasons if r not in self.message]
-            if reasons:
-                lines["reasons"] = "; ".join(reasons)
-            if self.worst_cases:
-                lines["worst_cases"] = len(self.worst_cases)
-            if self.points:
-                lines["points"] = len(self.points)
-            width = max(map(len, lines))
-            return "\n".join(f"{name:>{width}}: {value}" for name, value in lines.items())

@@ -1,7 +1,7 @@
 """Derivatives of a solution, and predictions if constants of the model change."""
 
 import operator
-from typing import Any, Callable, Dict, Sequence, NamedTuple
+from typing import Any, Dict, Iterator, NamedTuple, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -31,71 +31,54 @@ class ActiveSetChange(NamedTuple):
 class Sensitivity:
     """Sensitivity of the last solution of a Problem; valid until its next solve.
 
-    The parameters of a model are its bounds: right-hand sides of equations and values of fixed
-    variables (lower and upper bound to be moved alike), bounds of variables and inequalities.
-    Results are dictionaries with x, mult_g, mult_x_L, mult_x_U, obj (the value, or its slope).
+    The parameters of a model are its bounds: right-hand sides of equations and values of fixed variables (lower and
+    upper bound to be moved alike), bounds of variables and inequalities. Results are dictionaries with x, mult_g,
+    mult_x_L, mult_x_U, obj (the value, or its slope).
     """
 
-    def __init__(self, core: "_core.Problem") -> None:
-        self._core = core
-        self._call(core.update_sensitivity)
+    def __init__(self, core: "_core.Problem", n: int, m: int) -> None:
+        self._core, self._n, self._m = core, n, m
+        core.update_sensitivity()
 
-    @staticmethod
-    def _call(function: Callable[..., Any], *arguments: Any) -> Any:
-        try:
-            return function(*arguments)
-        except RuntimeError as error:
-            raise NoSensitivity(str(error)) from None
-
-    def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
-                   ) -> Dict[str, Any]:
+    def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None) -> Dict[str, Any]:
         """Returns the derivative along changes lb, ub (n), cl, cu (m) of the bounds; None: no change. Its
         key "curvature" holds the second derivative of the value."""
-        return dict(self._call(self._core.derivative, lb, ub, cl, cu))
+        return self._core.derivative(lb, ub, cl, cu)
 
     def reaction(self, dx: npt.ArrayLike) -> Dict[str, Any]:
         """Returns the derivative of Max's answer if Min's variables move along dx (n; Max's are not read)."""
-        return dict(self._call(self._core.reaction, dx))
+        return self._core.reaction(dx)
 
-    def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
-                ) -> Dict[str, Any]:
+    def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None) -> Dict[str, Any]:
         """Predicts the linearized solution after changes of the bounds (see derivative), obj to second order. Also
         "share" (1: all could be followed, else "message" says why not) and "changes", a list of ActiveSetChange."""
-        return self._named(self._call(self._core.predict, lb, ub, cl, cu))
+        return self._named(self._core.predict(lb, ub, cl, cu))
 
     def react(self, dx: npt.ArrayLike) -> Dict[str, Any]:
         """Predicts Max's answer after Min's variables have moved by dx; results as predict."""
-        return self._named(self._call(self._core.react, dx))
+        return self._named(self._core.react(dx))
 
     def dv_dp(self, constraints: Sequence[int] = (), variables: Sequence[int] = ()) -> _Vector:
         """Returns the derivatives of x (n) with respect to the constants of the given equality
         constraints, then to the values of the given fixed variables: an array with one column each."""
-        columns = []
-        for kind, indices, size in (("c", constraints, self._core.m), ("", variables, self._core.n)):
-            for index in indices:
-                unit = self._unit(index, size, "constraints" if kind else "variables")
-                bounds = {"cl": unit, "cu": unit} if kind == "c" else {"lb": unit, "ub": unit}
-                columns.append(self.derivative(**bounds)["x"])
-        return np.column_stack(columns) if columns else np.zeros((self._core.n, 0))
+        moved = [self.derivative(cl=unit, cu=unit)["x"] for unit in _units(constraints, self._m, "constraints")]
+        moved += [self.derivative(lb=unit, ub=unit)["x"] for unit in _units(variables, self._n, "variables")]
+        return np.array(moved).reshape(-1, self._n).T
 
     def dy_dx(self, min_variables: Sequence[int]) -> _Vector:
         """Returns the derivatives of all variables with respect to the given ones of Min, with Max
         reacting: an array with one column each."""
-        columns = []
-        for index in min_variables:
-            unit = self._unit(index, self._core.n, "min_variables")
-            columns.append(self.reaction(unit)["x"])
-        return np.column_stack(columns) if columns else np.zeros((self._core.n, 0))
-
-    @staticmethod
-    def _unit(index: int, size: int, name: str) -> _Vector:
-        if not 0 <= operator.index(index) < size:
-            raise IndexError(f"{index} of {name} is not between 0 and {size - 1}")
-        unit = np.zeros(size)
-        unit[index] = 1.0
-        return unit
+        moved = [self.reaction(unit)["x"] for unit in _units(min_variables, self._n, "min_variables")]
+        return np.array(moved).reshape(-1, self._n).T
 
     @staticmethod
     def _named(result: Dict[str, Any]) -> Dict[str, Any]:
         result["changes"] = [ActiveSetChange(*change) for change in result["changes"]]
         return result
+
+
+def _units(indices: Sequence[int], size: int, name: str) -> Iterator[_Vector]:
+    for index in indices:
+        if not 0 <= operator.index(index) < size:
+            raise IndexError(f"{index} of {name} is not between 0 and {size - 1}")
+        yield np.eye(1, size, index)[0]

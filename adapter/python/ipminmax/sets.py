@@ -10,14 +10,15 @@ units of y are. `a & b` is the intersection, `a * b` the product: y is that of a
 """
 
 import itertools
+import math
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from .constraints import Constraint, LinearConstraint
-from .differences import Vector
+from .differences import _EPSILON, Vector
 from .minimize import minimize_minmax
-from .problem import to_floats
+from .problem import refuse, to_amount, to_array, to_floats, to_function
 
 #: Largest violation, over the size of the set, at which a point counts as one of the set.
 _INSIDE = 1e-8
@@ -78,30 +79,6 @@ class Smooth(NamedTuple):
     def turned(self, turn: Vector, move: Any) -> "Smooth":
         """Returns the set with turn u + move in place of u."""
         return Smooth(self.h, self.A @ turn, self.A @ move + self.b)
-
-
-def _array(values: Any, name: str, size: Any = None, finite: bool = True) -> Vector:
-    """A row of numbers, of one number as many as size says; size (None, n): a matrix of n columns."""
-    array = to_floats(values, name)
-    if isinstance(size, tuple):
-        if array.ndim != 2 or array.size == 0 or size[1] not in (None, array.shape[1]):
-            raise ValueError(f"{name} has shape {array.shape}; it must be a matrix"
-                             + (f" of {size[1]} columns" if size[1] else ""))
-    else:
-        array = np.atleast_1d(array)
-        array = np.full(size, array[0]) if size and array.shape == (1,) else array
-        if array.ndim != 1 or array.size == 0 or size not in (None, array.size):
-            raise ValueError(f"{name} has shape {array.shape}, expected {size or 'one row of'} numbers")
-    if np.any(~np.isfinite(array) if finite else np.isnan(array)):
-        raise ValueError(f"{name} has an entry that is {'not finite' if finite else 'NaN'}")
-    return array
-
-
-def _number(value: Any, name: str, positive: bool = False) -> float:
-    number = float(_array(value, name, 1)[0])
-    if number < 0.0 or positive and number == 0.0:
-        raise ValueError(f"{name} is {number:g}; it must {'be positive' if positive else 'not be negative'}")
-    return number
 
 
 def _knapsack(gain: Vector, room: Vector, total: float) -> Vector:
@@ -196,25 +173,25 @@ class UncertaintySet:
 
     def contains(self, y: Any, tol: float = _INSIDE) -> bool:
         """Returns whether y is in the set; tol: allowed violation, relative to the size of the set."""
-        return self._has(_array(y, "y", self.n), tol)
+        return self._has(to_array(y, "y", self.n), tol)
 
     def _has(self, y: Vector, tol: float) -> bool:
         u = self.factors(y)
         gap = np.abs(self.origins[0] + self.loadings @ u - y)
-        room = tol * np.abs(self.loadings) @ self.width + 8.0 * np.finfo(float).eps * (np.abs(y) + np.abs(self.origins[0]))
+        room = tol * np.abs(self.loadings) @ self.width + 8.0 * _EPSILON * (np.abs(y) + np.abs(self.origins[0]))
         return bool(np.all(gap <= room)) and self.violation(u) <= np.max(
             room / self.sizes, where=np.any(self.loadings, axis=1), initial=tol)
 
     def worst(self, c: Any) -> Any:
         """Returns a y at which c'y is largest."""
-        c = _array(c, "c", self.n)
+        c = to_array(c, "c", self.n)
         best: Vector = self.origins[np.argmax(self.origins @ c)]
         return best + self.loadings @ self.worst_factors(c @ self.loadings)
 
     def support(self, c: Any) -> float:
         """The largest c'y: a formula, or (polyhedra, KLBall, ChiSquareBall, MomentBox, intersections) a
         convex problem for minimize_minmax."""
-        return float(_array(c, "c", self.n) @ self.worst(c))
+        return float(to_array(c, "c", self.n) @ self.worst(c))
 
     def worst_factors(self, gain: Vector) -> Any:
         if self.k == 0 or not np.any(gain):
@@ -230,7 +207,7 @@ class UncertaintySet:
         return np.array([-self.support(-a) for a in axes]), np.array([self.support(a) for a in axes])
 
     def corners(self) -> Optional[Vector]:
-        """Returns points, one a row, that include all corners; None if a side is curved or there are too many."""
+        """Returns points, one a row, that include all corners; None if these are too many, or not all of the set."""
         found = self.corner_factors()
         if found is None:
             return None
@@ -247,10 +224,15 @@ class UncertaintySet:
         if not len(self.matrix) and self.k <= 12 and np.all(np.isfinite(np.r_[self.lower, self.upper])):
             return np.array([*itertools.product(*zip(self.lower, self.upper))]).reshape(2**self.k, self.k)
         free = np.setdiff1d(np.flatnonzero(np.isfinite(np.r_[low, up])), [*equal, *(equal + low.size)])
-        need, count = self.k - equal.size, 1
-        for i in range(need):
-            count = count * (free.size - i) // (i + 1)
-        if count > _MOST_BASES:
+        need = self.k - equal.size
+        count = math.comb(free.size, max(need, 0))
+        if need < 0 or count > _MOST_BASES:
+            return None
+        ways = np.eye(self.k)[~np.isfinite(self.upper - self.lower)]
+        try:
+            for way in [*ways, *-ways]:
+                self.worst_factors(way)
+        except ValueError:  # an unbounded set is no hull of its corners
             return None
         chosen = np.array(list(itertools.combinations(free, need)), dtype=int).reshape(count, need)
         chosen = np.hstack([np.tile(equal, (count, 1)), chosen])
@@ -258,6 +240,8 @@ class UncertaintySet:
         regular = np.abs(np.linalg.det(bases)) > 1e-10 * np.prod(np.linalg.norm(bases, axis=2), axis=1)
         found = np.linalg.solve(bases[regular], values[regular][:, :, None])[:, :, 0]
         found = found[[self.violation(u) <= _INSIDE for u in found]]
+        if not len(found):  # equations that say the same have no basis
+            return None
         places = np.round(found / self.width, 9)
         corners: Vector = found[np.sort(np.unique(places, axis=0, return_index=True)[1])]
         return corners
@@ -400,11 +384,9 @@ class Box(UncertaintySet):
     """lower <= y <= upper."""
 
     def __init__(self, lower: Any, upper: Any) -> None:
-        size = max(np.size(lower), np.size(upper))
-        low, up = _array(lower, "lower", size), _array(upper, "upper", size)
-        if np.any(low > up):
-            i = int(np.argmax(low > up))
-            raise ValueError(f"lower[{i}] = {low[i]:g} is above upper[{i}] = {up[i]:g}: the box is empty")
+        size = max(np.size(lower), np.size(upper)) or None
+        low, up = to_array(lower, "lower", size), to_array(upper, "upper", size)
+        refuse(low > up, lambda i: f"lower[{i}] = {low[i]:g} is above upper[{i}] = {up[i]:g}: the box is empty")
         ones = np.ones(np.count_nonzero(low < up))
         super().__init__(0.5 * (low + up), np.diag(0.5 * (up - low))[:, low < up], -ones, ones, 0.0 * ones)
 
@@ -420,8 +402,8 @@ class Ellipsoid(UncertaintySet):
     value along such directions."""
 
     def __init__(self, center: Any, shape: Any) -> None:
-        center = _array(center, "center")
-        shape = _array(shape, "shape", (None, center.size))
+        center = to_array(center, "center")
+        shape = to_array(shape, "shape", (None, center.size))
         if len(shape) != center.size or not np.allclose(shape, shape.T, rtol=1e-9, atol=0.0):
             raise ValueError(f"shape is not a symmetric matrix of {center.size} rows")
         size = np.sqrt(np.where(np.diag(shape) > 0.0, np.diag(shape), 1.0))  # in units of each y
@@ -446,10 +428,9 @@ class Budget(UncertaintySet):
     _signs: Tuple[float, ...] = (1.0, -1.0)
 
     def __init__(self, nominal: Any, deviation: Any, gamma: Any) -> None:
-        nominal, self._gamma = _array(nominal, "nominal"), _number(gamma, "gamma")
-        deviation = _array(deviation, "deviation", nominal.size)
-        if np.any(deviation < 0.0):
-            raise ValueError(f"deviation[{int(np.argmax(deviation < 0.0))}] is negative")
+        nominal, self._gamma = to_array(nominal, "nominal"), to_amount(gamma, "gamma")
+        deviation = to_array(deviation, "deviation", nominal.size)
+        refuse(deviation < 0.0, lambda i: f"deviation[{i}] is negative")
         self._side = np.diag(deviation)[:, (deviation > 0.0) & (self._gamma > 0.0)]
         count, parts = self._side.shape[1], len(self._signs)
         each = np.full(parts * count, min(1.0, self._gamma))
@@ -480,7 +461,7 @@ class Cardinality(Budget):
 
 def Ball(center: Any, radius: Any, norm: Any = 2) -> UncertaintySet:
     """The norm (1, 2 or infinity) of y - center is at most radius."""
-    center, radius = _array(center, "center"), _number(radius, "radius")
+    center, radius = to_array(center, "center"), to_amount(radius, "radius")
     if norm not in (1, 2, np.inf):
         raise ValueError(f"norm is {norm!r:.60}; it must be 1, 2 or infinity")
     if norm != 2:
@@ -494,8 +475,8 @@ class Polyhedron(UncertaintySet):
     """A y <= b."""
 
     def __init__(self, A: Any, b: Any) -> None:
-        A = _array(A, "A", (None, None))
-        b = _array(b, "b", len(A))
+        A = to_array(A, "A", (None, None))
+        b = to_array(b, "b", len(A))
         center, start = np.zeros(A.shape[1]), None
         for _ in range(2):  # each y in units of its own: where rows meet the axes, then from a point inside
             room = b - A @ center
@@ -514,11 +495,11 @@ class Simplex(UncertaintySet):
     """n numbers y >= 0 whose sum is total."""
 
     def __init__(self, n: int, total: Any = 1.0) -> None:
-        count = _array(n, "n", 1)[0]
+        count = to_amount(n, "n")
         if count < 1.0 or count % 1.0:
             raise ValueError(f"n is {n!r:.60}; it must be a positive number of variables")
         ones = np.ones(int(count))
-        super().__init__(0.0 * ones, _number(total, "total", True) * np.eye(ones.size), 0.0 * ones, ones,
+        super().__init__(0.0 * ones, to_amount(total, "total", True) * np.eye(ones.size), 0.0 * ones, ones,
                          ones / ones.size, (ones[None, :], np.ones(1), np.ones(1)))
 
     def worst_factors(self, gain: Vector) -> Any:
@@ -529,12 +510,12 @@ class FactorModel(UncertaintySet):
     """y = origin + loadings xi with F factors, |xi_i| <= 1, |sum of xi_i| <= beta F."""
 
     def __init__(self, origin: Any, loadings: Any, beta: Any = 1.0) -> None:
-        origin, loadings = _array(origin, "origin"), _array(loadings, "loadings", (None, None))
+        origin, loadings = to_array(origin, "origin"), to_array(loadings, "loadings", (None, None))
         ones = np.ones(loadings.shape[1])
         if len(loadings) != origin.size or not _are_independent(loadings):
             raise ValueError(f"loadings has shape {loadings.shape}; it must have {origin.size} rows and "
                              "columns that do not depend on each other")
-        self._most = np.array([_number(beta, "beta") * ones.size])
+        self._most = np.array([to_amount(beta, "beta") * ones.size])
         super().__init__(origin, loadings, -ones, ones, 0.0 * ones, (ones[None, :], -self._most, self._most)
                          if self._most < ones.size else None)
 
@@ -551,12 +532,12 @@ class Discrete(UncertaintySet):
 
     def __init__(self, points: Any) -> None:
         points = to_floats(points, "points")
-        points = _array(points[:, None] if points.ndim == 1 else points, "points", (None, None))
+        points = to_array(points[:, None] if points.ndim == 1 else points, "points", (None, None))
         none = np.zeros(0)
         super().__init__(points, np.zeros((points.shape[1], 0)), none, none, none)
 
     def _has(self, y: Vector, tol: float) -> bool:
-        size = tol * np.ptp(self.origins, axis=0) + 8.0 * np.finfo(float).eps * np.abs(y)
+        size = tol * np.ptp(self.origins, axis=0) + 8.0 * _EPSILON * np.abs(y)
         return bool(np.any(np.all(np.abs(self.origins - y) <= size, axis=1)))
 
 
@@ -566,7 +547,7 @@ class _Distributions(UncertaintySet):
     def _ball(self, q: Any, radius: Any, smooth: Any, least: Any) -> None:
         """Factors u of p = q + size u, where the ball, or all probabilities, are of size one; smooth(q, radius, size):
         the ball, of positive q; least(q): radius from which on it has points with p = 0."""
-        q, radius = _array(q, "q"), _number(radius, "radius", True)
+        q, radius = to_array(q, "q"), to_amount(radius, "radius", True)
         if np.any(q < 0.0) or abs(q.sum() - 1.0) > 1e-9:
             raise ValueError(f"q must be probabilities: none negative, of sum 1 (it is {q.sum():g})")
         p = q[q > 0.0]
@@ -598,12 +579,10 @@ class MomentBox(UncertaintySet):
 
     def __init__(self, points: Any, lower: Any, upper: Any, moments: Any = None) -> None:
         points = Discrete(points).origins
-        if not (moments is None or callable(moments)):
-            raise TypeError(f"moments is {moments!r:.60}, not a function")
-        values = points if moments is None else _array([np.ravel(moments(p)) for p in points], "moments", (None, None))
-        low, up = (_array(b, name, values.shape[1], False) for b, name in ((lower, "lower"), (upper, "upper")))
-        if np.any(low > up):
-            raise ValueError(f"lower[{int(np.argmax(low > up))}] is above upper: the set is empty")
+        values = points if moments is None else to_array(
+            [np.ravel(to_function(moments, "moments")(p)) for p in points], "moments", (None, None))
+        low, up = (to_array(b, name, values.shape[1], False) for b, name in ((lower, "lower"), (upper, "upper")))
+        refuse(low > up, lambda i: f"lower[{i}] is above upper: the set is empty")
         middle, size = values.mean(axis=0), np.ptp(values, axis=0)
         size = np.where(size > 0.0, size, 1.0)
         ones = np.ones(len(points))

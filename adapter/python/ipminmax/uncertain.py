@@ -9,8 +9,8 @@ import numpy as np
 from .certificate import Certificate
 from .constraints import Constraint, LinearConstraint, Row, read_bounds, read_constraint
 from .differences import DerivativeWarning, Vector
-from .minimize import _number, _start, minimize_minmax
-from .problem import to_floats
+from .minimize import _number, _start, minimize_minmax, read_names
+from .problem import to_floats, to_function
 from .recourse import Policy, Recourse
 from .result import MinmaxResult, WorstCase
 from .sets import UncertaintySet
@@ -70,8 +70,7 @@ class RobustResult(MinmaxResult):
             return [self.x, y, v[:lower.size]] + ([v[lower.size:]] if s0.size else [])
 
         def solved(v: Vector, y: Vector, low: Vector, up: Vector, rows: Any) -> MinmaxResult:
-            wanted = [Constraint(lambda v, _, r=r: r.fun(*parts(v, y)), r.lb, r.ub)
-                      for r in rows]
+            wanted = [Constraint(lambda v, _, r=r: r.fun(*parts(v, y)), r.lb, r.ub) for r in rows]
             if s0.size:
                 wanted.append(Constraint(lambda v, _: recourse.equations(*parts(v, y)), 0.0, 0.0))
             free = np.full(s0.size, np.inf)
@@ -492,7 +491,7 @@ def _add_constraints(model: _Model, constraints: Sequence[Any]) -> List[Row]:
             row.fun = lambda *p, of=row.fun: of(*p[:2])
         f = model.function(row.fun if row.matrix is not None else model.counted(row.fun), row.name, row.jac, row.hess)
         row.size = f.value(model.start, model.w0, 0).size
-        row.lb, row.ub = row.bounds(row.size)
+        row.lb, row.ub = row.bounds()
         if row.player == "max" and len(model.scenarios) > 1:
             raise ValueError(f"{row.name} is the maximizer's, which a set with Discrete points cannot have: leave "
                              "out the points that it excludes")
@@ -509,11 +508,12 @@ def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector
             model.add(None if use is held else number, name, model.function(lambda *p, use=use: p[2][use], name),
                       limits[0][use], limits[1][use])
     if model.s0.size:
-        f = model.function(model.counted(recourse.equations), "equations of Recourse")
-        if f.value(model.start, model.w0, 0).size != model.s0.size:
-            raise ValueError(f"equations of Recourse has {f.value(model.start, model.w0, 0).size} values, but there "
-                             f"are {model.s0.size} states")
-        model.stack(f, np.zeros(model.s0.size), np.zeros(model.s0.size), model.scenarios, "max", "equations of Recourse")
+        name, zero = "equations of Recourse", np.zeros(model.s0.size)
+        f = model.function(model.counted(recourse.equations), name)
+        size = f.value(model.start, model.w0, 0).size
+        if size != zero.size:
+            raise ValueError(f"{name} has {size} values, but there are {zero.size} states")
+        model.stack(f, zero, zero, model.scenarios, "max", name)
     return limits
 
 
@@ -524,30 +524,26 @@ def _add_objective(model: _Model, f: _Function) -> Tuple[_Function, bool]:
     if not degree or len(model.scenarios) == 1 and not (model.exact and degree == 1):
         model.reads_y = model.reads_y or degree > 0
         return f, False
-    t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]),
-                     np.full(1, -np.inf))
-    model.add(None, "", _Function(lambda X, W, k: f.value(X, W, k) - X[t],
-        f.jac and (lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), np.full(1, -np.inf), np.zeros(1))
+    none = np.full(1, -np.inf)
+    t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]), none)
+    model.add(None, "", _Function(lambda X, W, k: f.value(X, W, k) - X[t], f.jac and (
+        lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), none, np.zeros(1))
     return _Function(lambda X, W, k: X[t:t + 1], lambda X, W, k: np.eye(1, X.size + W.size, t),
                      lambda X, W, k, w: np.zeros((X.size + W.size,) * 2)), True
 
 
 def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: Any, hess: Any, bounds_x: Any,
-                      constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool,
-                      given: Any, recourse: Optional[Recourse], exact: bool, names: Dict[str, Any]) -> RobustResult:
+                      constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool, given: Any,
+                      recourse: Optional[Recourse], exact: bool, names_x: Any, names_y: Any) -> RobustResult:
     """minimize_minmax with uncertainty=given."""
     if not isinstance(given, UncertaintySet):
         raise TypeError(f"uncertainty is {given!r:.60}; it must be a set of ipminmax.sets")
     if recourse is not None and not isinstance(recourse, Recourse):
         raise TypeError(f"recourse is {recourse!r:.60}; it must be a Recourse")
-    if not callable(fun):
-        raise TypeError(f"fun is {fun!r:.60}, not a function")
+    to_function(fun, "fun")
     model = _Model(_start(x0, "x0"), bounds_x, given, recourse, exact)
     fun = model.counted(fun)
-    for letter, size in (("x", model.nx), ("y", given.n)):
-        if names[letter] is not None and len(names[letter]) != size:
-            raise ValueError(f"names_{letter} has {len(names[letter])} entries, not {size}")
-    names = {letter: [str(n) for n in own] for letter, own in names.items() if own is not None}
+    names: Dict[str, List[str]] = read_names((names_x, model.nx), (names_y, given.n))
     if y0 is not None:
         y0 = _start(y0, "y0")
         if y0.size != given.n or not given.contains(y0, 1e-6):
@@ -620,7 +616,7 @@ def _worst_cases(model: _Model, inner: MinmaxResult) -> List[WorstCase]:
     return cases
 
 
-def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str, List[str]], data: Any) -> RobustResult:
+def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Any, data: Any) -> RobustResult:
     given, X, searched, cases = model.given, inner.x, model.w0.size > 0, _worst_cases(model, inner)
     value = inner.fun - float(model.price(X))
     if through_t:  # of the row of fun its value, not that less t
@@ -641,9 +637,9 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, names: Dict[str
     values = {f.name: getattr(inner, f.name) for f in fields(inner)}
     wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) and not inner.info["interrupted"] else ""
     if wrong:
-        values.update(success=False, message=wrong, certificate=Certificate.nothing(wrong))
-    values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements, names=names,
-        points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
+        values.update(success=False, message=wrong, certificate=Certificate(reasons=[wrong]))
+    values.update(nfev=model.calls, x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements,
+        names=names, points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
     return RobustResult(**values, policy=model.policy, uncertainty=given, data=data,
                         states=inner.y[given.k:given.k + model.s0.size] if model.s0.size else None)
