@@ -2,7 +2,6 @@
 
 #include <cctype>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <IpJournalist.hpp>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 
 namespace ipminmax {
@@ -19,14 +19,7 @@ namespace {
 
 /// Whether two texts are the same value.
 bool same_value(const std::string& a, const std::string& b) {
-  const auto number = [](const std::string& text) -> std::optional<double> {
-    double value = 0.0;
-    const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc{} || stop != end) return std::nullopt;
-    return value;
-  };
-  return a == b || (number(a) && number(a) == number(b));
+  return a == b || (parse_number(a) && parse_number(a) == parse_number(b));
 }
 
 }  // namespace
@@ -54,7 +47,7 @@ void Assignments::add_environment(const std::string& text) {
     if (quote == '"' || quote == '\'') {
       const std::size_t end = text.find(quote, begin + 1);
       if (end == std::string::npos)
-        throw std::invalid_argument(std::string(kEnvironment) + ": a quotation never ends");
+        throw std::invalid_argument(concat(kEnvironment, ": a quotation never ends"));
       at = end + 1;
       return text.substr(begin + 1, end - begin - 1);
     }
@@ -70,8 +63,7 @@ void Assignments::add_environment(const std::string& text) {
     if (at < text.size() && text[at] == '=') ++at;
     skip_blanks();
     if (name.empty() || at == text.size())
-      throw std::invalid_argument(std::string(kEnvironment) + ": option \"" + name +
-                                  "\" has no value");
+      throw std::invalid_argument(concat(kEnvironment, ": option \"", name, "\" has no value"));
     add(name, word(false), Source::Environment);
   }
 }
@@ -90,14 +82,12 @@ void Assignments::report_overridden(std::ostream& out) const {
 int Assignments::take_integer(const std::string& name, int missing, int lower, int upper) {
   const auto given = value(name);
   if (!given) return missing;
-  int number = 0;
-  const char* end = given->data() + given->size();
-  const auto [stop, error] = std::from_chars(given->data(), end, number);
-  if (error != std::errc{} || stop != end || number < lower || number > upper)
-    throw std::invalid_argument(name + " = " + *given + " is not an integer in [" +
-                                std::to_string(lower) + ", " + std::to_string(upper) + "]");
+  const auto number = parse_integer(*given);
+  if (!number || *number < lower || *number > upper)
+    throw std::invalid_argument(
+        concat(name, " = ", *given, " is not an integer in [", lower, ", ", upper, "]"));
   given_.erase(name);
-  return number;
+  return *number;
 }
 
 bool Assignments::take_flag(const std::string& name, bool missing) {

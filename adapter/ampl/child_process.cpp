@@ -17,6 +17,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "adapter/ipopt/concat.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -76,12 +78,12 @@ void judge_end(int status, const std::string& file, unsigned seconds, const std:
   if (!WIFSIGNALED(status)) {
     reason = "AMPL's library refuses it";
   } else if (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM) {
-    reason = "no end after " + std::to_string(seconds) + " seconds";
+    reason = concat("no end after ", seconds, " seconds");
   } else if (WTERMSIG(status) == SIGKILL) {
     reason = "the process that read it was killed, perhaps for lack of memory";
   } else {
-    reason = "AMPL's library crashes on it (signal " + std::to_string(WTERMSIG(status)) +
-             "); where formulas are nested deeply, a larger stack helps (ulimit -s)";
+    reason = concat("AMPL's library crashes on it (signal ", WTERMSIG(status),
+                    "); where formulas are nested deeply, a larger stack helps (ulimit -s)");
   }
   throw std::runtime_error("cannot read " + file + ": " + reason +
                            (text.empty() ? "" : "; it said:\n" + text));

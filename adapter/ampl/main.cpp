@@ -20,6 +20,7 @@
 #include <IpoptConfig.h>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/ipopt/options_documentation.hpp"
 #include "adapter/ipopt/output_file.hpp"
@@ -160,10 +161,10 @@ void require_none(const std::string& error) {
 /// its name and sets its level.
 SmartPtr<OutputFile> open_log(MinMaxApplication& application) {
   std::string file;
-  application.Options()->GetStringValue("output_file", file, "");
+  read_option(*application.Options(), "output_file", file);
   if (file.empty() || file == "stdout" || file == "stderr") return nullptr;
   bool append = false;
-  application.Options()->GetBoolValue("file_append", append, "");
+  read_option(*application.Options(), "file_append", append);
   const SmartPtr<OutputFile> log = new OutputFile("OutputFile:" + file, Ipopt::J_ITERSUMMARY);
   require_none(log->open(file, append));
   application.Jnlst()->AddJournal(GetRawPtr(log));
@@ -296,7 +297,7 @@ int solve(Command command) {
   const Result& result = application->LastResult();
   const std::string message = message_of(result, *problem);
   int print_level = 0;
-  application->Options()->GetIntegerValue("print_level", print_level, "");
+  get_option(*application->Options(), "print_level", print_level);
   // Where Ipopt leaves no file its callers look into the log, if there is one.
   const bool as_ipopt_none =
       command.called_by_ampl && print_level > 0 && result.status == Status::TooFewDegreesOfFreedom;

@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "adapter/ipopt/concat.hpp"
 #include "linalg/numbers.hpp"
 #include "nl_formulas.hpp"
 
@@ -35,11 +36,10 @@ class Cursor {
   [[nodiscard]] bool binary() const { return binary_; }
   [[nodiscard]] std::size_t place() const { return at_; }
   [[nodiscard]] std::size_t left() const { return text_.size() - at_; }
-  [[noreturn]] void fail(const std::string& what) const {
+  [[noreturn]] void fail(const auto&... what) const {
     throw std::runtime_error(
-        "cannot read " + name_ + ", " +
-        (binary_ ? "byte " + std::to_string(at_ + 1) : "line " + std::to_string(line_)) + ": " +
-        what);
+        concat("cannot read ", name_, ", ",
+               binary_ ? concat("byte ", at_ + 1, ": ") : concat("line ", line_, ": "), what...));
   }
 
   // What follows is read and passed; key gives none at the end of the file.
@@ -66,7 +66,7 @@ class Cursor {
     if (binary_) {
       const int length = integer();
       if (length < 1 || length > kLongest || left() < at(length))
-        fail("a name of " + std::to_string(length) + " characters");
+        fail("a name of ", length, " characters");
       word = text_.substr(at_, at(length));
       at_ += word.size();
     } else {
@@ -80,7 +80,7 @@ class Cursor {
   void skip_string() {
     const int length = integer();
     if (length < 0 || left() < at(length) + (binary_ ? 0 : 2))
-      fail("a string of " + std::to_string(length) + " characters");
+      fail("a string of ", length, " characters");
     if (!binary_ && text_[at_++] != ':') fail("a string without \":\" after its length");
     const char* begin = text_.data() + at_;
     line_ += static_cast<int>(std::count(begin, begin + length, '\n'));
@@ -313,7 +313,7 @@ class Checker {
   }
   void suffix() {
     const int kind = cursor_.integer();
-    if (kind < 0 || kind > 7) cursor_.fail("suffix of unknown kind " + std::to_string(kind));
+    if (kind < 0 || kind > 7) cursor_.fail("suffix of unknown kind ", kind);
     const int size = std::array{n_, m_, objectives_, 1}[at(kind & 3)];
     const int entries = count(1, size, "values of a suffix");
     const std::string name = cursor_.word().c_str();
@@ -342,8 +342,7 @@ class Checker {
         for (int j = 0; j < numbers; ++j)
           if (std::isnan(cursor_.number())) cursor_.fail("a bound is not a number");
       } else {
-        cursor_.fail("no bounds of " + std::string(rows ? "constraint " : "variable ") +
-                     std::to_string(i));
+        cursor_.fail("no bounds of ", rows ? "constraint " : "variable ", i);
       }
     });
   }
@@ -368,8 +367,8 @@ class Checker {
   void linear_terms(bool of_row) {
     const int i = of_row ? index(m_, "constraint") : index(objectives_, "objective");
     mark(of_row ? row_seen_ : gradient_seen_, i, of_row ? "row of the Jacobian" : "gradient");
-    const std::string list = of_row ? "row" : "gradient";
-    const int entries = count(1, n_, "entries in a " + list);
+    const char* const list = of_row ? "a row" : "a gradient";
+    const int entries = count(1, n_, of_row ? "entries in a row" : "entries in a gradient");
     ++lists_;
     for_lines(entries, [&](int) {
       const int variable = index(n_, "variable");
@@ -377,10 +376,9 @@ class Checker {
       record_linear(recorded(of_row ? &NlFormulas::constraints : &NlFormulas::objectives, i),
                     variable, cursor_.number());
       if (std::exchange(listed_in_[at(variable)], lists_) == lists_)
-        cursor_.fail("variable " + std::to_string(variable) + " twice in a " + list);
+        cursor_.fail("variable ", variable, " twice in ", list);
       if (of_row && ++column_read_[at(variable)] > column_[at(variable)] && has_columns_)
-        cursor_.fail("more entries of variable " + std::to_string(variable) +
-                     " than its column count");
+        cursor_.fail("more entries of variable ", variable, " than its column count");
     });
     (of_row ? jacobian_read_ : gradient_read_) += entries;
   }
@@ -413,7 +411,7 @@ class Checker {
       case 'v': {
         const int variable = index(n_ + defined_, "variable");
         if (variable >= n_ && defined_seen_[at(variable - n_)] == 0)
-          cursor_.fail("variable " + std::to_string(variable) + " before its definition");
+          cursor_.fail("variable ", variable, " before its definition");
         record(Node::kVariable, variable);
         return cursor_.end_line();
       }
@@ -424,7 +422,7 @@ class Checker {
       case 'f': {
         const int function = index(functions_, "function");
         if (function_seen_[at(function)] == 0)
-          cursor_.fail("function " + std::to_string(function) + " before its declaration");
+          cursor_.fail("function ", function, " before its declaration");
         const int arguments = count(0, 1 << 30, "arguments of a function");
         record(Node::kFunction, arguments);
         pending.insert(pending.end(), at(arguments), Operand::ValueOrString);
@@ -472,8 +470,8 @@ class Checker {
     constexpr std::array kSteps = {"div", "precision", "round", "trunc"};
     constexpr int kFirstStep = 55, kLastStep = 58;
     if (kFirstStep <= number && number <= kLastStep)  // the library crashes on their derivatives
-      refuse(std::string("operation ") + kSteps[at(number - kFirstStep)] + " has no derivatives");
-    cursor_.fail("unknown operation o" + std::to_string(number));
+      refuse("operation ", kSteps[at(number - kFirstStep)], " has no derivatives");
+    cursor_.fail("unknown operation o", number);
   }
   /// Slopes and breakpoints in turn, then the variable.
   void pieces(std::vector<Operand>& pending) {
@@ -488,30 +486,28 @@ class Checker {
     require_all(constraint_seen_, "constraint");
     require_all(objective_seen_, "objective");
     require_all(defined_seen_, "defined variable");
-    if (jacobian_read_ != jacobian_entries_)
-      cursor_.fail("the header counts " + std::to_string(jacobian_entries_) +
-                   " nonzeros of the Jacobian, the file holds " + std::to_string(jacobian_read_));
-    if (gradient_read_ != gradient_entries_)
-      cursor_.fail("the header counts " + std::to_string(gradient_entries_) +
-                   " nonzeros of the objectives, the file holds " + std::to_string(gradient_read_));
+    const auto require_entries = [&](int counted, int read, const char* of) {
+      if (read != counted)
+        cursor_.fail("the header counts ", counted, " nonzeros of ", of, ", the file holds ", read);
+    };
+    require_entries(jacobian_entries_, jacobian_read_, "the Jacobian");
+    require_entries(gradient_entries_, gradient_read_, "the objectives");
   }
 
-  [[noreturn]] void refuse(const std::string& why) const {
-    throw std::runtime_error("cannot solve " + name_ + ": " + why);
+  [[noreturn]] void refuse(const auto&... why) const {
+    throw std::runtime_error(concat("cannot solve ", name_, ": ", why...));
   }
   /// An index below size.
   int index(int size, const char* of) {
     const int value = cursor_.integer();
-    if (value < 0 || value >= size)
-      cursor_.fail(std::string(of) + " " + std::to_string(value) + ", but the header counts " +
-                   std::to_string(size));
+    if (value < 0 || value >= size) cursor_.fail(of, " ", value, ", but the header counts ", size);
     return value;
   }
   /// A count in [least, most], and not of more things than bytes are left.
-  int count(int least, int most, const std::string& of) {
+  int count(int least, int most, const char* of) {
     const int value = cursor_.integer();
     if (value < least || value > most || at(std::max(value, 0)) > cursor_.left())
-      cursor_.fail(std::to_string(value) + " " + of);
+      cursor_.fail(value, " ", of);
     return value;
   }
   /// The rest of this line, then so many lines.
@@ -524,14 +520,12 @@ class Checker {
     }
   }
   void mark(Marks& marks, int place, const char* what) {
-    if (marks[at(place)]++ != 0)
-      cursor_.fail(std::string(what) + " " + std::to_string(place) + " twice");
+    if (marks[at(place)]++ != 0) cursor_.fail(what, " ", place, " twice");
   }
   void require_all(const Marks& marks, const char* what) const {
     const auto missing = std::ranges::find(marks, 0);
     if (missing != marks.end())
-      cursor_.fail("the file ends without " + std::string(what) + " " +
-                   std::to_string(missing - marks.begin()));
+      cursor_.fail("the file ends without ", what, " ", missing - marks.begin());
   }
   static Marks marks(int size) { return Marks(at(size), 0); }
 

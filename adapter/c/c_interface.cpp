@@ -6,6 +6,8 @@
 
 #include "adapter/c/c_problem.hpp"
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
+#include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_library.hpp"
 #include "adapter/ipopt/option_registry.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
@@ -14,8 +16,7 @@
 
 // The C interface: problems, options, solves.
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
@@ -78,8 +79,8 @@ std::vector<Player> read_players(const int* players, Index count, const char* na
   std::vector<Player> result;
   for (Index i = 0; players != nullptr && i < count && error.empty(); ++i) {
     if (players[i] != IPMINMAX_MIN && players[i] != IPMINMAX_MAX) {
-      error = name_of_entry(name, at(i)) + " = " + std::to_string(players[i]) +
-              "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)";
+      error = concat(name, "[", i, "] = ", players[i],
+                     "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)");
     }
     result.push_back(static_cast<Player>(players[i]));
   }
@@ -88,16 +89,13 @@ std::vector<Player> read_players(const int* players, Index count, const char* na
 
 /// What is wrong with sizes and callbacks; empty when nothing is.
 std::string error_of(const CallbackDefinition& d, int index_style, const int* variable_players) {
-  if (d.n < 0) return "n = " + std::to_string(d.n) + " is negative";
-  if (d.m < 0) return "m = " + std::to_string(d.m) + " is negative";
-  if (d.nele_jac < 0) return "nele_jac = " + std::to_string(d.nele_jac) + " is negative";
-  if (d.nele_hess < 0) return "nele_hess = " + std::to_string(d.nele_hess) + " is negative";
-  if (d.m == 0 && d.nele_jac > 0) {
-    return "nele_jac = " + std::to_string(d.nele_jac) + " without constraints";
-  }
-  if (index_style != IPMINMAX_C_STYLE && index_style != IPMINMAX_FORTRAN_STYLE) {
-    return "index_style = " + std::to_string(index_style) + "; it must be 0 (C) or 1 (Fortran)";
-  }
+  if (d.n < 0) return concat("n = ", d.n, " is negative");
+  if (d.m < 0) return concat("m = ", d.m, " is negative");
+  if (d.nele_jac < 0) return concat("nele_jac = ", d.nele_jac, " is negative");
+  if (d.nele_hess < 0) return concat("nele_hess = ", d.nele_hess, " is negative");
+  if (d.m == 0 && d.nele_jac > 0) return concat("nele_jac = ", d.nele_jac, " without constraints");
+  if (index_style != IPMINMAX_C_STYLE && index_style != IPMINMAX_FORTRAN_STYLE)
+    return concat("index_style = ", index_style, "; it must be 0 (C) or 1 (Fortran)");
   if (d.eval_f == nullptr) return "eval_f is NULL";
   if (d.eval_grad_f == nullptr) return "eval_grad_f is NULL";
   if (d.m > 0 && d.eval_g == nullptr) return "eval_g is NULL";
@@ -106,6 +104,9 @@ std::string error_of(const CallbackDefinition& d, int index_style, const int* va
   return {};
 }
 
+/// Scaling factors that is_sane_scaling accepts.
+const std::string kScalings = "[" + text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
+
 /// Copies scaling factors; NULL is none.
 std::vector<double> read_scaling(const double* values, Index count, const char* name,
                                  std::string& error) {
@@ -113,14 +114,13 @@ std::vector<double> read_scaling(const double* values, Index count, const char* 
   std::vector<double> result = read_array(values, count, name, error);
   for (std::size_t i = 0; i < result.size() && error.empty(); ++i) {
     if (!is_sane_scaling(result[i])) {
-      error = name_of_entry(name, i) + " = " + text_of(result[i]) + " is not in [" +
-              text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
+      error = concat(name, "[", i, "] = ", text_of(result[i]), " is not in ", kScalings);
     }
   }
   return result;
 }
 
-std::string name_of(Ipopt::RegisteredOptionType type) {
+const char* name_of(Ipopt::RegisteredOptionType type) {
   if (type == Ipopt::OT_Number) return "a number";
   if (type == Ipopt::OT_Integer) return "an integer";
   return "a string";
@@ -132,18 +132,18 @@ int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionTyp
     if (keyword == nullptr) return "the option's name is NULL";
     OptionRegistry registry;
     const SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(keyword);
-    const std::string name(keyword);
-    if (IsNull(option)) return unknown_option(name, registry);
+    if (IsNull(option)) return unknown_option(keyword, registry);
     if (option->Type() != type) {
-      return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
+      return concat(keyword, " is ", name_of(option->Type()), " option, not ", name_of(type),
+                    " option");
     }
-    return set_option(name, make_text(), registry, *problem->application->Options(), true);
+    return set_option(keyword, make_text(), registry, *problem->application->Options(), true);
   });
 }
 
 bool is_warm(const Problem& problem) {
   bool warm = false;
-  problem.application->Options()->GetBoolValue("warm_start_init_point", warm, "");
+  read_option(*problem.application->Options(), "warm_start_init_point", warm);
   return warm;
 }
 
@@ -253,7 +253,7 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
                                                               : nullptr;
     if (missing != nullptr) {
       return stop(problem, Status::InvalidProblem,
-                  std::string("warm_start_init_point = yes, but ") + missing + " is NULL");
+                  concat("warm_start_init_point = yes, but ", missing, " is NULL"));
     }
     model.start.lambda.clear();
     if (d.m > 0) model.start.lambda.assign(out.lambda, out.lambda + d.m);
@@ -278,8 +278,7 @@ IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* us
 }
 
 }  // namespace
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
 
 using namespace ipminmax;  // this file ends here
 
@@ -339,12 +338,11 @@ int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char* file_name, int p
   return guarded(problem, [&]() -> std::string {
     if (file_name == nullptr) return "the file's name is NULL";
     if (print_level < 0 || print_level >= Ipopt::J_LAST_LEVEL) {
-      return "print_level = " + std::to_string(print_level) + " is not in [0, " +
-             std::to_string(Ipopt::J_LAST_LEVEL - 1) + "]";
+      return concat("print_level = ", print_level, " is not in [0, ", Ipopt::J_LAST_LEVEL - 1, "]");
     }
     const auto level = static_cast<Ipopt::EJournalLevel>(print_level);
     if (problem->application->OpenOutputFile(file_name, level)) return {};
-    return "cannot open output file \"" + std::string(file_name) + "\"";
+    return concat("cannot open output file \"", file_name, "\"");
   });
 }
 
@@ -354,8 +352,7 @@ int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double
     CallbackTNLP& model = *problem->model;
     std::string error;
     if (!is_sane_scaling(std::abs(obj_scaling))) {
-      return "obj_scaling = " + text_of(obj_scaling) + " is not of a size in [" +
-             text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
+      return concat("obj_scaling = ", text_of(obj_scaling), " is not of a size in ", kScalings);
     }
     auto x = read_scaling(x_scaling, model.definition.n, "x_scaling", error);
     auto g = read_scaling(g_scaling, model.definition.m, "g_scaling", error);

@@ -1,12 +1,13 @@
 #include "adapter/c/c_problem.hpp"
 
-#include <IpOptionsList.hpp>
 #include <array>
 #include <cstdio>
 #include <cstring>
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+#include "adapter/ipopt/concat.hpp"
+#include "adapter/ipopt/exact_options.hpp"
+
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// Message of calls without a problem; no allocation, so that it can report out of memory.
@@ -31,29 +32,25 @@ void say_fixed(IpminmaxProblemInfo* problem, const char* text) noexcept {
 
 const char* message_without_problem() noexcept { return creation_message.data(); }
 
-std::string name_of_entry(const char* array, std::size_t i) {
-  return std::string(array) + "[" + std::to_string(i) + "]";
-}
-
 std::vector<double> read_array(const double* values, Index count, const char* name,
                                std::string& error) {
   if (count <= 0 || !error.empty()) return {};
   if (values == nullptr) {
-    error = std::string(name) + " is NULL";
+    error = concat(name, " is NULL");
     return {};
   }
   const std::vector<double> result(values, values + count);
   const auto nan = std::ranges::find_if(result, [](double v) { return v != v; });
   if (nan != result.end()) {
-    error = name_of_entry(name, static_cast<std::size_t>(nan - result.begin())) + " is NaN";
+    error = concat(name, "[", nan - result.begin(), "] is NaN");
   }
   return result;
 }
 
 bool asks_for_hessian(const IpminmaxProblemInfo& problem) {
-  std::string source;
-  return !problem.application->Options()->GetStringValue("hessian_approximation", source, "") ||
-         source == "exact";
+  std::string source = "exact";
+  read_option(*problem.application->Options(), "hessian_approximation", source);
+  return source == "exact";
 }
 
 void write_sized(const void* from, std::size_t known, void* to, std::size_t size) {
@@ -62,5 +59,4 @@ void write_sized(const void* from, std::size_t known, void* to, std::size_t size
   std::memset(static_cast<char*>(to) + known, 0, size - known);
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

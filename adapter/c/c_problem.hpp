@@ -17,8 +17,7 @@
 
 // What the C interface's functions work with.
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 
 /// What IpminmaxCreate was given; arrays have n or m entries.
 struct CallbackDefinition {
@@ -190,8 +189,7 @@ class CallbackTNLP : public MinMaxTNLP,
   static double* writable(const double* values) { return const_cast<double*>(values); }
 };
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
 
 /// What an IpminmaxProblem points to.
 struct IpminmaxProblemInfo {
@@ -215,8 +213,7 @@ struct IpminmaxProblemInfo {
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 
 /// The message of the problem; without one, of calls without a problem.
 void say(IpminmaxProblemInfo* problem, std::string text) noexcept;
@@ -264,8 +261,6 @@ int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
          }) == IPMINMAX_SOLVE_SUCCEEDED;
 }
 
-/// array[i], as messages name it.
-[[nodiscard]] std::string name_of_entry(const char* array, std::size_t i);
 /// Copies count entries; error names the array when it is missing or the entry that is NaN.
 [[nodiscard]] std::vector<double> read_array(const double* values, Index count, const char* name,
                                              std::string& error);
@@ -276,5 +271,4 @@ int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
 /// keep their first entries when they grow.
 void write_sized(const void* from, std::size_t known, void* to, std::size_t size);
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "adapter/c/c_problem.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
 #include "core/answer.hpp"
 #include "core/gap.hpp"
@@ -12,8 +13,7 @@
 
 // The C interface: what a solve has found, the current iterate, the worst case.
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
@@ -28,8 +28,8 @@ constexpr const char* kNoCallback =
 /// What is wrong with array sizes given to the functions for the current iterate.
 std::string error_of_sizes(const Problem& problem, int n, int m) {
   const CallbackDefinition& d = problem.model->definition;
-  if (n != d.n) return "n = " + std::to_string(n) + ", but there are " + std::to_string(d.n);
-  if (m != d.m) return "m = " + std::to_string(m) + ", but there are " + std::to_string(d.m);
+  if (n != d.n) return concat("n = ", n, ", but there are ", d.n);
+  if (m != d.m) return concat("m = ", m, ", but there are ", d.m);
   return {};
 }
 
@@ -91,8 +91,7 @@ std::string error_of_answer(const Problem& problem, const void* target) {
 }
 
 }  // namespace
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
 
 using namespace ipminmax;  // this file ends here
 

@@ -11,8 +11,7 @@
 
 // The C interface: how a solution follows bounds and Min's variables.
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
@@ -98,8 +97,7 @@ void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
 }
 
 }  // namespace
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
 
 using namespace ipminmax;  // this file ends here
 

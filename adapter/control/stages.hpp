@@ -163,8 +163,8 @@ class StageGame : public Problem {
     shared_ = np + gains() + disturbance_gains() + (free_time() ? 1 : 0);
     locals_ = kBlock + nx + shared_ + h_.memory * nw;
     local_.resize(locals_);
-    stage_tape_.emplace(index(locals_), kRows + 1);
-    wide_tape_.emplace(index(locals_), kRows + 1);
+    one_.emplace(locals_);
+    together_.emplace(locals_);
     end_tape_.emplace(index(nx + shared_), nt + 1);
     describe_variables();
     find_structure();
@@ -362,46 +362,33 @@ class StageGame : public Problem {
                              std::span<const double> lambda, bool, std::span<double> to) override {
     std::ranges::fill(to, 0.0);
     std::size_t place = 0;
-    const auto skips = [&](std::size_t k) {  // a group in which nothing has a weight
-      const auto weights = lambda.subspan(k * kRows, (end_of_group(k) - k) * kRows);
-      return sigma == 0.0 && std::ranges::all_of(weights, [](double w) { return w == 0.0; });
+    const auto take = [&](auto& of, std::size_t first) {
+      of.weights.resize(kRows + 1);
+      of.weights[kRows].fill(sigma);
+      for (const auto l : up_to(of.count)) {
+        for (const auto j : up_to(kRows)) of.weights[j][l] = lambda[(first + l) * kRows + j];
+      }
+      of.values.assign(stage_pattern_.hessian.size(), {});
+      of.tape.hessian_at(of.weights, of.values);
     };
-    for (std::size_t k = 0; k < h_.stages;) {
-      if (skips(k)) {
-        for (const std::size_t end = end_of_group(k); k < end; ++k) {
-          for (const Triplet& entry : stage_pattern_.hessian) place += is_there(k, entry) ? 1 : 0;
-        }
-        continue;
+    const auto put = [&](std::size_t k, auto value_of) {
+      for (const auto e : up_to(stage_pattern_.hessian.size())) {
+        if (is_there(k, stage_pattern_.hessian[e])) to[place++] = value_of(e);
       }
-      if (record_wide(v, k)) {
-        wide_weights_.resize(kRows + 1);
-        wide_weights_[kRows].fill(sigma);
-        for (const auto l : up_to(kLanes)) {
-          for (const auto j : up_to(kRows)) wide_weights_[j][l] = lambda[(k + l) * kRows + j];
-        }
-        wide_values_.assign(stage_pattern_.hessian.size(), {});
-        wide_tape_->hessian_at(wide_weights_, wide_values_);
-        for (const auto l : up_to(kLanes)) {
-          for (const auto& value : wide_values_) to[place++] = value[l];
-        }
-        k += kLanes;
-        continue;
-      }
-      for (const std::size_t end = end_of_group(k); k < end; ++k) {
-        record_stage(v, k);
-        weights_.assign(kRows + 1, sigma);
-        std::ranges::copy(lambda.subspan(k * kRows, kRows), weights_.begin());
-        stage_values_.assign(stage_pattern_.hessian.size(), 0.0);
-        stage_tape_->hessian(weights_, stage_values_);
-        for (const auto e : up_to(stage_values_.size())) {
-          if (is_there(k, stage_pattern_.hessian[e])) to[place++] = stage_values_[e];
-        }
+    };
+    for (std::size_t k = 0; k < h_.stages; k = end_of_group(k)) {
+      const std::size_t count = end_of_group(k) - k;
+      const auto weights = lambda.subspan(k * kRows, count * kRows);
+      if (sigma != 0.0 || std::ranges::any_of(weights, [](double w) { return w != 0.0; })) {
+        derive_group(v, k, take, put);
+      } else {
+        for (const auto l : up_to(count)) put(k + l, [](std::size_t) { return 0.0; });
       }
     }
     record_end(v);
-    weights_.assign(nt + 1, sigma);
-    std::ranges::copy(lambda.subspan(h_.stages * kRows, nt), weights_.begin());
-    end_tape_->hessian(weights_, to.subspan(place));
+    end_weights_.assign(nt + 1, sigma);
+    std::ranges::copy(lambda.subspan(h_.stages * kRows, nt), end_weights_.begin());
+    end_tape_->hessian(end_weights_, to.subspan(place));
     return all_finite(to);
   }
 
@@ -559,14 +546,14 @@ class StageGame : public Problem {
   /// The pattern of all stages together; the first ones lack disturbances before the start.
   void find_structure() {
     for (const auto k : up_to(h_.stages)) {
-      record_stage(start_.v, k);
-      if (k == 0 || stage_pattern_ != stage_tape_->pattern())
-        stage_pattern_ = autodiff::united(stage_pattern_, stage_tape_->pattern());
+      record(*one_, start_.v, k);
+      if (k == 0 || stage_pattern_ != one_->tape.pattern())
+        stage_pattern_ = autodiff::united(stage_pattern_, one_->tape.pattern());
     }
     record_end(start_.v);
     end_pattern_ = end_tape_->pattern();
-    stage_tape_->set_pattern(stage_pattern_);
-    wide_tape_->set_pattern(stage_pattern_);
+    one_->tape.set_pattern(stage_pattern_);
+    together_->tape.set_pattern(stage_pattern_);
     end_tape_->set_pattern(end_pattern_);
     for (const auto k : up_to(h_.stages)) {
       for (const auto& [row, col] : stage_pattern_.jacobian) {
@@ -799,28 +786,45 @@ class StageGame : public Problem {
     return total + last[nt];
   }
 
-  /// Derivatives of several stages at a time. False: they have to be taken one by one, as stages
-  /// differ (functions of the stage's number, the first ones with memory, branches) or are few.
-  [[nodiscard]] bool record_wide(std::span<const double> v, std::size_t k) {
-    if (kTakesPoints || h_.memory > 0 || k + kLanes > h_.stages) return false;
-    wide_local_.resize(locals_);
-    for (const auto l : up_to(kLanes)) {
+  /// Derivatives of L stages at a time.
+  template <std::size_t L>
+  struct Stages {
+    explicit Stages(std::size_t inputs) : local(inputs), tape(index(inputs), kRows + 1) {}
+    static constexpr std::size_t count = L;
+    std::vector<autodiff::Lanes<L>> local, weights, values;
+    autodiff::TapeOf<L> tape;
+  };
+  /// Runs the formulas of L stages from k on. False: they differ in a branch.
+  template <std::size_t L>
+  bool record(Stages<L>& of, std::span<const double> v, std::size_t k) {
+    for (const auto l : up_to(L)) {
       gather<double>(v, k + l, local_);
-      for (const auto i : up_to(locals_)) wide_local_[i][l] = local_[i];
+      for (const auto i : up_to(locals_)) of.local[i][l] = local_[i];
     }
-    using Wide = autodiff::TapedLanes<kLanes>;
-    return wide_tape_->record_at(wide_local_, [&](std::span<const Wide> in, std::span<Wide> out) {
-      run_stage<Wide>(k, in, out);
+    using Number = autodiff::TapedLanes<L>;
+    return of.tape.record_at(of.local, [&](std::span<const Number> in, std::span<Number> out) {
+      run_stage<Number>(k, in, out);
     });
   }
   [[nodiscard]] std::size_t end_of_group(std::size_t k) const {
     return std::min(k + kLanes, h_.stages);
   }
-  void record_stage(std::span<const double> v, std::size_t k) {
-    gather<double>(v, k, local_);
-    stage_tape_->record(local_, [&](std::span<const Taped> in, std::span<Taped> out) {
-      run_stage<Taped>(k, in, out);
-    });
+  /// Derivatives of the group of stages that begins at k: together, or one by one where stages
+  /// differ (functions of the stage's number, the first ones with memory, branches) or are few.
+  /// take(of, first) computes of.values, put(stage, value_of) gets those of each stage in turn.
+  template <class Take, class Put>
+  void derive_group(std::span<const double> v, std::size_t k, const Take& take, const Put& put) {
+    const auto derive = [&](auto& of, std::size_t first) {
+      if (!record(of, v, first)) return false;
+      take(of, first);
+      for (const auto l : up_to(of.count))
+        put(first + l, [&](std::size_t e) { return of.values[e][l]; });
+      return true;
+    };
+    const std::size_t end = end_of_group(k);
+    const bool may_differ = kTakesPoints || h_.memory > 0 || end - k < kLanes;
+    if (!may_differ && derive(*together_, k)) return;
+    for (; k < end; ++k) derive(*one_, k);
   }
   void record_end(std::span<const double> v) {
     end_tape_->record(
@@ -867,6 +871,10 @@ class StageGame : public Problem {
       derived_ = derived_entries_ = 0;
       std::ranges::fill(gradient_, 0.0);
     }
+    const auto take = [&](auto& of, std::size_t) {
+      of.values.assign(stage_pattern_.jacobian.size(), {});
+      of.tape.jacobian_at(0, kRows + 1, of.values);
+    };
     const auto put = [&](std::size_t k, auto value_of) {
       for (const auto e : up_to(stage_pattern_.jacobian.size())) {
         const auto& [row, col] = stage_pattern_.jacobian[e];
@@ -877,33 +885,19 @@ class StageGame : public Problem {
         else
           gradient_[static_cast<std::size_t>(i)] += value_of(e);
       }
+      derived_ = k + 1;
     };
-    while (derived_ < std::min(count, h_.stages)) {
-      if (record_wide(v, derived_)) {
-        wide_values_.assign(stage_pattern_.jacobian.size(), {});
-        wide_tape_->jacobian_at(0, kRows + 1, wide_values_);
-        for (const auto l : up_to(kLanes))
-          put(derived_ + l, [&](std::size_t e) { return wide_values_[e][l]; });
-        derived_ += kLanes;
-        continue;
-      }
-      for (const std::size_t end = end_of_group(derived_); derived_ < end; ++derived_) {
-        record_stage(v, derived_);
-        stage_values_.assign(stage_pattern_.jacobian.size(), 0.0);
-        stage_tape_->jacobian(0, kRows + 1, stage_values_);
-        put(derived_, [&](std::size_t e) { return stage_values_[e]; });
-      }
-    }
+    while (derived_ < std::min(count, h_.stages)) derive_group(v, derived_, take, put);
     if (derived_ >= count) return;
     record_end(v);
-    stage_values_.assign(end_pattern_.jacobian.size(), 0.0);
-    end_tape_->jacobian(0, nt + 1, stage_values_);
-    for (const auto e : up_to(stage_values_.size())) {
+    end_values_.assign(end_pattern_.jacobian.size(), 0.0);
+    end_tape_->jacobian(0, nt + 1, end_values_);
+    for (const auto e : up_to(end_values_.size())) {
       const auto& [row, col] = end_pattern_.jacobian[e];
       if (row < index(nt))
-        jacobian_[derived_entries_++] = stage_values_[e];
+        jacobian_[derived_entries_++] = end_values_[e];
       else
-        gradient_[h_.stages * kBlock + static_cast<std::size_t>(col)] += stage_values_[e];
+        gradient_[h_.stages * kBlock + static_cast<std::size_t>(col)] += end_values_[e];
     }
     ++derived_;
   }
@@ -919,8 +913,9 @@ class StageGame : public Problem {
   Horizon h_;
   std::size_t shared_ = 0;  ///< parameters, gains, memory, duration
   std::size_t locals_ = 0;  ///< inputs of a stage
-  std::optional<autodiff::Tape> stage_tape_, end_tape_;
-  std::optional<autodiff::TapeOf<kLanes>> wide_tape_;
+  std::optional<Stages<1>> one_;
+  std::optional<Stages<kLanes>> together_;
+  std::optional<autodiff::Tape> end_tape_;
   autodiff::Pattern stage_pattern_, end_pattern_;
   ProblemStructure structure_;
   PrimalDual start_;
@@ -932,8 +927,7 @@ class StageGame : public Problem {
   std::size_t derived_entries_ = 0;                     ///< of the Jacobian
   double objective_ = 0.0;
   std::vector<double> rows_, gradient_, jacobian_;
-  std::vector<double> local_, weights_, stage_values_;
-  std::vector<autodiff::Lanes<kLanes>> wide_local_, wide_weights_, wide_values_;
+  std::vector<double> local_, end_weights_, end_values_;
   std::vector<Plain> plain_;
 };
 

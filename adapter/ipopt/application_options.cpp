@@ -1,7 +1,6 @@
 #include <IpJournalist.hpp>
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <istream>
 #include <iterator>
@@ -10,14 +9,14 @@
 #include <variant>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_only_options.hpp"
 #include "adapter/ipopt/option_registry.hpp"
 #include "adapter/ipopt/spelling.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Integer = OptionInfo::Integer;
@@ -87,33 +86,6 @@ class Tokenizer {
   std::optional<int> unterminated_;
 };
 
-/// The whole text as a number, whatever the locale; Fortran's exponent letter d is accepted, as in
-/// Ipopt. Infinite or zero beyond the range of double.
-std::optional<double> parse_number(std::string text) {
-  const auto exponent = [](char c) { return c == 'd' || c == 'D'; };
-  if (text.find_first_of("0123456789") != std::string::npos) {
-    std::replace_if(text.begin(), text.end(), exponent, 'e');
-  }
-  if (text.starts_with('+')) text.erase(0, 1);
-  double value = 0.0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
-  if (error == std::errc::result_out_of_range && text.find("e-") == std::string::npos) {
-    return text.starts_with('-') ? -HUGE_VAL : HUGE_VAL;
-  }
-  return value;
-}
-
-std::optional<int> parse_integer(const std::string& text) {
-  const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
-  const char* end = text.data() + text.size();
-  int value = 0;
-  const auto [stop, error] = std::from_chars(begin, end, value);
-  if (error != std::errc{} || stop != end) return std::nullopt;
-  return value;
-}
-
 /// The option whose name is nearest, empty when none is near.
 std::string similar_option(const std::string& name, const RegisteredOptions& registry) {
   std::string nearest;
@@ -129,19 +101,19 @@ std::string similar_option(const std::string& name, const RegisteredOptions& reg
   return nearest;
 }
 
-/// Whether name already has this value; setting it again would only warn.
-template <class Value, class Get>
-bool is_set_to(const Value& value, Get get) {
+/// Whether the option already has this value; setting it again would only warn.
+template <class Value>
+bool is_set_to(const Value& value, const std::string& name, const OptionsList& list) {
   Value present{};
-  return get(present) && present == value;
+  return get_option(list, name, present) && present == value;
 }
 
 }  // namespace
 
 std::string unknown_option(const std::string& name, const RegisteredOptions& registry) {
   const std::string similar = similar_option(name, registry);
-  return "unknown option \"" + name + "\"" +
-         (similar.empty() ? "" : "; did you mean " + similar + "?");
+  return concat("unknown option \"", name, "\"",
+                similar.empty() ? "" : "; did you mean " + similar + "?");
 }
 
 std::string set_option(const std::string& name, const std::string& text,
@@ -157,29 +129,25 @@ std::string set_option(const std::string& name, const std::string& text,
     if (!std::isfinite(*value) || !option->IsValidNumberSetting(*value)) {
       return setting + " is not in " + range_of(*option);
     }
-    done = is_set_to(*value, [&](double& v) { return list.GetNumericValue(name, v, ""); }) ||
-           list.SetNumericValue(name, *value, allow_clobber);
+    done = is_set_to(*value, name, list) || list.SetNumericValue(name, *value, allow_clobber);
   } else if (option->Type() == Ipopt::OT_Integer) {
     const auto value = parse_integer(text);
     if (!value) return setting + " is not an integer";
     if (!option->IsValidIntegerSetting(*value)) {
       return setting + " is not in " + range_of(*option);
     }
-    done = is_set_to(*value, [&](Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
-           list.SetIntegerValue(name, *value, allow_clobber);
+    done = is_set_to(*value, name, list) || list.SetIntegerValue(name, *value, allow_clobber);
   } else {
     if (!option->IsValidStringSetting(text)) {
-      const auto others = ipopt_only_linear_solvers();  // accepted, but not worth proposing
       std::string error = setting + " is not one of:";
       for (const auto& entry : option->GetValidStrings()) {
-        if (name != "linear_solver" || std::ranges::find(others, entry.value_) == others.end()) {
+        // Those of Ipopt alone are accepted, but not worth proposing.
+        if (name != "linear_solver" || !is_ipopt_only_linear_solver(entry.value_))
           error += " " + entry.value_;
-        }
       }
       return error;
     }
-    done = is_set_to(text, [&](std::string& v) { return list.GetStringValue(name, v, ""); }) ||
-           list.SetStringValue(name, text, allow_clobber);
+    done = is_set_to(text, name, list) || list.SetStringValue(name, text, allow_clobber);
   }
   return done ? std::string() : setting + " was refused";
 }
@@ -190,21 +158,18 @@ namespace {
 
 void copy_option(const OptionInfo& info, const OptionsList& list, SolverOptions& options) {
   const std::string name(info.name);
-  if (const auto* number = std::get_if<Number>(&info.kind)) {
-    double value = 0.0;
-    if (list.GetNumericValue(name, value, "")) options.*(number->member) = value;
-  } else if (const auto* integer = std::get_if<Integer>(&info.kind)) {
-    Index value = 0;
-    if (list.GetIntegerValue(name, value, "")) options.*(integer->member) = value;
-  } else if (const auto* flag = std::get_if<Flag>(&info.kind)) {
-    bool value = false;
-    if (list.GetBoolValue(name, value, "")) options.*(flag->member) = value;
-  } else if (const auto* choice = std::get_if<Choice>(&info.kind)) {
-    Index value = 0;
-    const bool is_set = list.GetEnumValue(name, value, "");
-    const auto i = at(value);
-    if (is_set && i < choice->names.size()) choice->set(options, i);  // others: Ipopt's solvers
+  if (const auto* choice = std::get_if<Choice>(&info.kind)) {
+    Index i = 0;
+    if (list.GetEnumValue(name, i, "") && at(i) < choice->names.size())
+      choice->set(options, at(i));  // others: Ipopt's solvers
+    return;
   }
+  std::visit(
+      [&](const auto& kind) {
+        if constexpr (requires { options.*kind.member; })
+          read_option(list, name, options.*kind.member);
+      },
+      info.kind);
 }
 
 /// They are accepted and mean auto.
@@ -362,7 +327,7 @@ std::string read_options(std::istream& input, const std::string& source,
                          RegisteredOptions& registry, OptionsList& list, bool allow_clobber) {
   Tokenizer tokens(input);
   const auto error_at = [&](int line, const std::string& text) {
-    return source + ", line " + std::to_string(line) + ": " + text;
+    return concat(source, ", line ", line, ": ", text);
   };
   while (const auto name = tokens.next()) {
     const auto value = tokens.next();
@@ -380,15 +345,12 @@ std::string read_options(std::istream& input, const std::string& source,
 
 std::string solver_options(const OptionsList& list, SolverOptions& options) {
   try {
+    bool is_as_printed = false;
+    read_option(list, "minmax_as_printed", is_as_printed);
+    if (is_as_printed) options = as_printed(options);
     const MayBeSet may_be_set(list);
-    bool as_printed_asked = false;
-    if (may_be_set("minmax_as_printed") &&
-        list.GetBoolValue("minmax_as_printed", as_printed_asked, "") && as_printed_asked) {
-      options = as_printed(options);
-    }
     for (const OptionInfo& info : option_table()) {
-      if (!may_be_set(info.name)) continue;
-      copy_option(info, list, options);
+      if (may_be_set(info.name)) copy_option(info, list, options);
     }
   } catch (const Ipopt::OPTION_INVALID& error) {
     return error.Message();
@@ -397,5 +359,4 @@ std::string solver_options(const OptionsList& list, SolverOptions& options) {
   return check(options);
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

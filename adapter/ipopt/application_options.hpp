@@ -8,8 +8,7 @@
 
 #include "option_registry.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 
 /// Options of the application: output and options file, the players' lists. Names and meanings are
 /// Ipopt's where Ipopt has them.
@@ -56,5 +55,4 @@ class OptionRegistry : public RegisteredOptions {
 /// refused. Returns the first error, empty when there is none.
 [[nodiscard]] std::string solver_options(const OptionsList& list, SolverOptions& options);
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

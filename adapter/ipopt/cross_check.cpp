@@ -19,8 +19,7 @@
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 
 using Ipopt::SmartPtr;
 using log::format;
@@ -565,5 +564,4 @@ InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double
   return InnerMaximization(problem, v, settings).run();
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -6,8 +6,7 @@
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/spelling.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// What the list makes of a number: %g, in the C locale of the moment.
@@ -45,5 +44,4 @@ bool ExactOptionsList::GetNumericValue(const std::string& tag, double& value,
   return true;
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -5,12 +5,12 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "option_registry.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 
 /// Ipopt's list of options, of whose numbers Ipopt keeps six digits as text in the C locale of the
 /// moment. This one keeps the numbers too.
@@ -90,6 +90,20 @@ class ExactOptionsList : public OptionsList {
   bool all_touched_ = false;          ///< by a list of another class
 };
 
+/// Asks for the value of one option. False: it was not set, and the value is the default.
+inline bool get_option(const OptionsList& list, const std::string& name, double& value) {
+  return list.GetNumericValue(name, value, "");
+}
+inline bool get_option(const OptionsList& list, const std::string& name, Ipopt::Index& value) {
+  return list.GetIntegerValue(name, value, "");
+}
+inline bool get_option(const OptionsList& list, const std::string& name, bool& value) {
+  return list.GetBoolValue(name, value, "");
+}
+inline bool get_option(const OptionsList& list, const std::string& name, std::string& value) {
+  return list.GetStringValue(name, value, "");
+}
+
 /// Which options may be set in a list: any in a list of another class.
 class MayBeSet {
  public:
@@ -103,5 +117,13 @@ class MayBeSet {
   const ExactOptionsList* exact_;
 };
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+/// Replaces the value by the one that was set, if one was. Returns whether.
+template <class Value>
+bool read_option(const OptionsList& list, const std::string& name, Value& value) {
+  Value found{};
+  if (!MayBeSet(list)(name) || !get_option(list, name, found)) return false;
+  value = std::move(found);
+  return true;
+}
+
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

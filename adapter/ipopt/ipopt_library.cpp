@@ -10,11 +10,11 @@
 
 #include <IpUtils.hpp>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/ipopt_library.hpp"
 #include "adapter/ipopt/minmax_tnlp.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// Real path of a loaded file, itself where there is none.
@@ -76,9 +76,8 @@ bool is_from_3_14_on(const std::string& path) {
 
 std::string ipopt_library_error(const std::vector<std::string>& paths,
                                 bool (*has_iterate_queries)(const std::string& path)) {
-  const std::string built = std::to_string(IPOPT_VERSION_MAJOR) + "." +
-                            std::to_string(IPOPT_VERSION_MINOR) + "." +
-                            std::to_string(IPOPT_VERSION_RELEASE);
+  const std::string built =
+      concat(IPOPT_VERSION_MAJOR, ".", IPOPT_VERSION_MINOR, ".", IPOPT_VERSION_RELEASE);
   if (paths.size() > 1) {
     std::string list;
     for (const std::string& path : paths) list += (list.empty() ? "" : ", ") + path;
@@ -118,5 +117,4 @@ std::string ipopt_library_error(const Ipopt::TNLP& model) {
   return seen->error;
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -8,12 +8,12 @@
 #include <variant>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_only_options.hpp"
 #include "adapter/ipopt/option_registry.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// Options of the linked Ipopt, in alphabetical order. Plain values: Ipopt's own objects count
@@ -39,7 +39,7 @@ OptionInfo::Choice choice_of(const RegisteredOption& option, IpoptOptions& optio
   return choice;
 }
 
-OptionInfo read_option(const RegisteredOption& option, IpoptOptions& options) {
+OptionInfo info_of(const RegisteredOption& option, IpoptOptions& options) {
   OptionInfo info{.name = keep(option.Name(), options),
                   .category = "Ipopt only",
                   .text = "Ipopt only",
@@ -68,7 +68,7 @@ IpoptOptions read_options() {
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
   IpoptOptions options;
   for (const auto& entry : registry->RegisteredOptionsList()) {
-    options.all.push_back(read_option(*entry.second, options));
+    options.all.push_back(info_of(*entry.second, options));
     if (!is_own_option(options.all.back().name)) options.not_ours.push_back(options.all.back());
   }
   return options;
@@ -194,11 +194,15 @@ std::vector<std::string_view> ipopt_only_linear_solvers() {
   return others;
 }
 
+bool is_ipopt_only_linear_solver(std::string_view name) {
+  const auto others = ipopt_only_linear_solvers();
+  return std::ranges::find(others, name) != others.end();
+}
+
 std::string refused_ipopt_option(const OptionsList& list) {
   for (const auto& [name, value] : changed_options(list)) {
     if (const auto advice = find_advice(refused_ipopt_option_advice(), name)) {
-      return std::string(name) + " = " + value +
-             " is an option of Ipopt that is not available: " + std::string(*advice);
+      return concat(name, " = ", value, " is an option of Ipopt that is not available: ", *advice);
     }
   }
   return {};
@@ -207,32 +211,24 @@ std::string refused_ipopt_option(const OptionsList& list) {
 std::vector<std::string> ignored_ipopt_options(const OptionsList& list) {
   std::vector<std::string> messages;
   const auto add = [&](std::string_view name, const std::string& value, std::string_view reason) {
-    messages.push_back(std::string(name) + " = " + value +
-                       " has no effect: " + std::string(reason));
+    messages.push_back(concat(name, " = ", value, " has no effect: ", reason));
   };
   for (const auto& [name, value] : changed_options(list)) {
     add(name, value,
         find_advice(ignored_ipopt_option_advice(), name)
             .value_or("it steers Ipopt's own algorithm"));
   }
-  const MayBeSet may_be_set(list);
-  std::string hessian;
-  if (may_be_set("hessian_approximation") &&
-      list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
+  std::string hessian, solver;
+  read_option(list, "hessian_approximation", hessian);
+  if (hessian == "limited-memory") {
     messages.push_back(
         "hessian_approximation = limited-memory: minimizations are solved with quasi-Newton "
         "matrices, which have no inertia to certify with: nothing is certified; with Max variables "
         "it means finite-difference-values");
   }
-  std::string solver;
-  if (may_be_set("linear_solver") && list.GetStringValue("linear_solver", solver, "")) {
-    const auto others = ipopt_only_linear_solvers();
-    if (std::ranges::find(others, solver) != others.end()) {
-      add("linear_solver", solver, "it is not built in, auto is used");
-    }
-  }
+  if (read_option(list, "linear_solver", solver) && is_ipopt_only_linear_solver(solver))
+    add("linear_solver", solver, "it is not built in, auto is used");
   return messages;
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -19,14 +19,15 @@
 ///      is accepted and named in a message: the answer's meaning does not depend on it.
 ///
 ///  - Ipopt's default value asks for nothing, and nothing is said.
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 
 /// Those options, with Ipopt's types, ranges and values.
 [[nodiscard]] const std::vector<OptionInfo>& ipopt_only_options();
 
 /// Values of linear_solver that only Ipopt has: they are accepted and mean auto.
 [[nodiscard]] std::vector<std::string_view> ipopt_only_linear_solvers();
+
+[[nodiscard]] bool is_ipopt_only_linear_solver(std::string_view name);
 
 /// First option that is refused, as "jacobian_approximation = finite-difference-values is an option
 /// of Ipopt that is not available: ..."; empty when there is none.
@@ -45,5 +46,4 @@ struct IpoptOptionAdvice {
 [[nodiscard]] const std::vector<IpoptOptionAdvice>& refused_ipopt_option_advice();
 [[nodiscard]] const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice();
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -9,8 +9,7 @@
 #include "adapter/ipopt/options_documentation.hpp"
 #include "core/model/indices.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// text in lines of at most 80 columns, each after the indentation.
@@ -86,12 +85,10 @@ std::string user_options_text(const OptionsList& list) {
   const auto row = [&](const std::string& name, const std::string& value, bool used) {
     text += padded(name, 34) + padded(value, 26) + (used ? "yes" : "no") + "\n";
   };
-  const auto others = ipopt_only_linear_solvers();
   for (const OptionInfo& option : list_options()) {
     const auto value = value_of(option, list);
     if (!value) continue;
-    const bool foreign =
-        option.name == "linear_solver" && std::ranges::find(others, *value) != others.end();
+    const bool foreign = option.name == "linear_solver" && is_ipopt_only_linear_solver(*value);
     row(std::string(option.name), *value, !foreign);
   }
   for (const OptionInfo& option : ipopt_only_options()) {
@@ -100,5 +97,4 @@ std::string user_options_text(const OptionsList& list) {
   return text;
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -4,8 +4,7 @@
 
 #include "adapter/ipopt/output_file.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 
 std::string cannot_write(const std::string& file, int error) {
   return "cannot write " + file + ": " + std::strerror(error);
@@ -39,5 +38,4 @@ std::string OutputFile::close() {
   return error_ != 0 ? cannot_write(file_name_, error_) : std::string();
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -9,8 +9,7 @@
 
 #include "ipopt_version.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 
 /// The message about it; error: an errno.
 [[nodiscard]] std::string cannot_write(const std::string& file, int error);
@@ -57,5 +56,4 @@ class OutputFile : public Ipopt::Journal {
   int error_ = 0;  ///< errno of the first failure
 };
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -3,8 +3,7 @@
 
 #include "adapter/ipopt/status.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// What belongs together.
@@ -118,5 +117,4 @@ bool has_iterate(Status status) {
          status != Status::TooFewDegreesOfFreedom;
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -3,34 +3,22 @@
 #include <limits>
 #include <utility>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax {
-inline namespace IPMINMAX_IPOPT_ABI {
+namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 namespace {
 
 constexpr Index kNotSet = std::numeric_limits<Index>::min();
-
-/// Models tell the structure call from the value call by which pointers are null, so an empty array
-/// needs an address too.
-template <class T>
-T* address(std::span<T> values) {
-  static std::remove_const_t<T> nothing{};
-  return values.empty() ? &nothing : values.data();
-}
-template <class T>
-T* address(std::vector<T>& values) {
-  return address(std::span<T>(values));
-}
 
 /// What is wrong with owners that a model has written, if anything.
 std::string not_a_player(const char* method, const char* kind, const std::vector<Player>& players) {
   for (const auto i : indices(players)) {
     if (players[i] == Player::Min || players[i] == Player::Max) continue;
-    return std::string(method) + " gives " + kind + " " + std::to_string(i) + " the owner " +
-           std::to_string(static_cast<int>(players[i])) + ", which is no player";
+    return concat(method, " gives ", kind, " ", i, " the owner ", static_cast<int>(players[i]),
+                  ", which is no player");
   }
   return {};
 }
@@ -49,15 +37,15 @@ struct StructureCall {
   }
   [[nodiscard]] std::string range(Index count) const {
     if (count == 0) return "none exist";
-    return std::to_string(first) + " to " + std::to_string(count - 1 + first);
+    return concat(first, " to ", count - 1 + first);
   }
 
   [[nodiscard]] std::string error_of(std::size_t k) const {
-    const std::string entry = std::string(matrix) + " entry " + std::to_string(k);
-    if (rows[k] == kNotSet || cols[k] == kNotSet) return entry + " was not set by the model";
-    return entry + " is at row " + std::to_string(rows[k]) + ", column " + std::to_string(cols[k]) +
-           ", outside the matrix (rows " + range(row_count) + ", columns " + range(col_count) +
-           (first == 0 ? ", C style)" : ", Fortran style)");
+    if (rows[k] == kNotSet || cols[k] == kNotSet)
+      return concat(matrix, " entry ", k, " was not set by the model");
+    return concat(matrix, " entry ", k, " is at row ", rows[k], ", column ", cols[k],
+                  ", outside the matrix (rows ", range(row_count), ", columns ", range(col_count),
+                  first == 0 ? ", C style)" : ", Fortran style)");
   }
 
   /// 0-based. Returns what is wrong when an entry is outside the matrix.
@@ -82,19 +70,18 @@ std::vector<std::string> names_of(const Ipopt::TNLP::StringMetaDataMapType& stri
 
 /// Players from the metadata "player", when there. what: "variable" or "constraint".
 std::string players_of_metadata(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
-                                const std::string& what, std::vector<Player>& players) {
+                                const char* what, std::vector<Player>& players) {
   const auto found = integers.find("player");
   if (found == integers.end()) return {};
   const auto& values = found->second;
-  const std::string metadata = what + " metadata \"player\"";
   if (values.size() != players.size()) {
-    return metadata + " has " + std::to_string(values.size()) + " values for " +
-           std::to_string(players.size()) + " " + what + "s";
+    return concat(what, " metadata \"player\" has ", values.size(), " values for ", players.size(),
+                  " ", what, "s");
   }
   for (const auto i : indices(values)) {
     if (values[i] != 0 && values[i] != 1) {
-      return metadata + " is " + std::to_string(values[i]) + " at index " + std::to_string(i) +
-             "; it must be 0 (Min) or 1 (Max)";
+      return concat(what, " metadata \"player\" is ", values[i], " at index ", i,
+                    "; it must be 0 (Min) or 1 (Max)");
     }
     players[i] = values[i] == 1 ? Player::Max : Player::Min;
   }
@@ -106,11 +93,6 @@ std::string players_of_metadata(const Ipopt::TNLP::IntegerMetaDataMapType& integ
 TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options,
                          HessianApproximation hessian)
     : model_(model), options_(std::move(options)), hessian_source_(hessian) {}
-
-bool TnlpProblem::is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
-                        HessianApproximation hessian) const {
-  return GetRawPtr(model_) == GetRawPtr(model) && options_ == options && hessian_source_ == hessian;
-}
 
 std::string TnlpProblem::load() {
   try {
@@ -138,10 +120,10 @@ std::string TnlpProblem::load_sizes() {
   const std::array<std::pair<const char*, Index>, 4> sizes{
       {{"n", n_}, {"m", m_}, {"nnz_jac_g", jacobian_entries_}, {"nnz_h_lag", hessian_entries_}}};
   for (const auto& [name, size] : sizes) {
-    if (size < 0) return "get_nlp_info set " + std::string(name) + " = " + std::to_string(size);
+    if (size < 0) return concat("get_nlp_info set ", name, " = ", size);
   }
   if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE) {
-    return "get_nlp_info set index_style = " + std::to_string(static_cast<Index>(index_style_));
+    return concat("get_nlp_info set index_style = ", static_cast<Index>(index_style_));
   }
   return {};
 }
@@ -208,8 +190,7 @@ std::string TnlpProblem::load_nonlinear_variables() {
   const Index count = model_->get_number_of_nonlinear_variables();
   if (count < 0) return {};
   if (count > n_) {
-    return "get_number_of_nonlinear_variables returned " + std::to_string(count) + " of " +
-           std::to_string(n_) + " variables";
+    return concat("get_number_of_nonlinear_variables returned ", count, " of ", n_, " variables");
   }
   std::vector<Index> variables(at(count), kNotSet);
   if (!model_->get_list_of_nonlinear_variables(count, address(variables))) {
@@ -219,9 +200,8 @@ std::string TnlpProblem::load_nonlinear_variables() {
   for (Index& i : variables) {
     if (i < first || i - first >= n_) {
       return i == kNotSet ? "get_list_of_nonlinear_variables left an entry unset"
-                          : "get_list_of_nonlinear_variables lists variable " + std::to_string(i) +
-                                ", but the variables are " + std::to_string(first) + " to " +
-                                std::to_string(n_ - 1 + first);
+                          : concat("get_list_of_nonlinear_variables lists variable ", i,
+                                   ", but the variables are ", first, " to ", n_ - 1 + first);
     }
     i -= first;
   }
@@ -249,7 +229,7 @@ std::string TnlpProblem::read_players(bool of_variables) {
     error = players_of_metadata(metadata.integers, kind, players);
   } else if (!(of_variables ? model->get_variable_players(count, address(players))
                             : model->get_constraint_players(count, address(players)))) {
-    error = std::string(method) + " returned false";
+    error = concat(method, " returned false");
   } else {
     error = not_a_player(method, kind, players);
   }
@@ -259,7 +239,8 @@ std::string TnlpProblem::read_players(bool of_variables) {
   const ListedItems items{kind, count,
                           of_variables ? &structure_.variable_names : &structure_.constraint_names,
                           given != metadata.strings.end() ? given->second.size() : 0};
-  const StatedPlayers stated{model != nullptr ? method : "metadata \"player\"", implied_players_};
+  const StatedPlayers stated{model != nullptr ? "the model" : "metadata \"player\"",
+                             implied_players_};
   error = apply_player_option(of_variables ? "minmax_max_variables" : "minmax_max_constraints",
                               of_variables ? options_.max_variables : options_.max_constraints,
                               items, stated, players);
@@ -299,42 +280,6 @@ bool TnlpProblem::user_scaling(UserScaling& scaling) {
   return ok;
 }
 
-bool TnlpProblem::objective(std::span<const double> v, bool new_v, double& f) {
-  return model_->eval_f(n_, address(v), new_v, f);
-}
-
-bool TnlpProblem::gradient(std::span<const double> v, bool new_v, std::span<double> grad) {
-  return model_->eval_grad_f(n_, address(v), new_v, address(grad));
-}
-
-bool TnlpProblem::constraints(std::span<const double> v, bool new_v, std::span<double> g) {
-  return model_->eval_g(n_, address(v), new_v, m_, address(g));
-}
-
-bool TnlpProblem::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
-  return model_->eval_jac_g(n_, address(v), new_v, m_, jacobian_entries_, nullptr, nullptr,
-                            address(values));
-}
-
-bool TnlpProblem::constraint_rows(std::span<const Index> rows, std::span<const double> v,
-                                  bool new_v, std::span<double> g) {
-  return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v, static_cast<Index>(rows.size()),
-                                   address(rows), m_, address(g), jacobian_entries_, nullptr);
-}
-
-bool TnlpProblem::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
-                                std::span<double> values) {
-  return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v, static_cast<Index>(rows.size()),
-                                   address(rows), m_, nullptr, jacobian_entries_, address(values));
-}
-
-bool TnlpProblem::hessian(std::span<const double> v, bool new_v, double sigma,
-                          std::span<const double> lambda, bool new_lambda,
-                          std::span<double> values) {
-  return model_->eval_h(n_, address(v), new_v, sigma, m_, address(lambda), new_lambda,
-                        hessian_entries_, nullptr, nullptr, address(values));
-}
-
 const BoxFunctions* TnlpProblem::over_boxes() const {
   auto* model = dynamic_cast<ModelOverBoxes*>(GetRawPtr(model_));
   return model != nullptr ? model->over_boxes() : nullptr;
@@ -370,5 +315,4 @@ void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
                             result.objective, nullptr, nullptr);
 }
 
-}  // namespace IPMINMAX_IPOPT_ABI
-}  // namespace ipminmax
+}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
