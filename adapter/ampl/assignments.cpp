@@ -1,6 +1,5 @@
 #include "assignments.hpp"
 
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -37,34 +36,27 @@ void Assignments::add_argument(const std::string& text) {
 }
 
 void Assignments::add_environment(const std::string& text) {
+  const std::string blanks = " \t\n\v\f\r";
   std::size_t at = 0;
-  const auto skip_blanks = [&] {
-    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
-  };
-  const auto word = [&](bool is_name) {
-    const std::size_t begin = at;
-    const char quote = !is_name && at < text.size() ? text[at] : '\0';
-    if (quote == '"' || quote == '\'') {
-      const std::size_t end = text.find(quote, begin + 1);
-      if (end == std::string::npos)
-        throw std::invalid_argument(concat(kEnvironment, ": a quotation never ends"));
-      at = end + 1;
-      return text.substr(begin + 1, end - begin - 1);
-    }
-    while (at < text.size() && !std::isspace(static_cast<unsigned char>(text[at])) &&
-           !(is_name && text[at] == '=')) {
-      ++at;
-    }
+  const auto skip_blanks = [&] { at = std::min(text.find_first_not_of(blanks, at), text.size()); };
+  const auto word = [&](const std::string& ends) {
+    const std::size_t begin =
+        std::exchange(at, std::min(text.find_first_of(ends, at), text.size()));
     return text.substr(begin, at - begin);
   };
   for (skip_blanks(); at < text.size(); skip_blanks()) {
-    const std::string name = word(true);
+    const std::string name = word(blanks + "=");
     skip_blanks();
     if (at < text.size() && text[at] == '=') ++at;
     skip_blanks();
     if (name.empty() || at == text.size())
       throw std::invalid_argument(concat(kEnvironment, ": option \"", name, "\" has no value"));
-    add(name, word(false), Source::Environment);
+    const char quote = text[at];
+    const bool quoted = quote == '"' || quote == '\'';
+    if (quoted && text.find(quote, ++at) == std::string::npos)
+      throw std::invalid_argument(concat(kEnvironment, ": a quotation never ends"));
+    add(name, word(quoted ? std::string(1, quote) : blanks), Source::Environment);
+    if (quoted) ++at;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <iosfwd>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -47,12 +48,8 @@ class Assignments {
   bool take_flag(const std::string& name, bool missing);
   /// Gives an option its name: what was assigned to alias was assigned to name.
   void rename(const std::string& alias, const std::string& name) {
-    const auto found = given_.find(alias);
-    if (found == given_.end()) return;
-    std::vector<Given> moved = std::move(found->second);
-    given_.erase(found);
-    std::vector<Given>& all = given_[name];
-    all.insert(all.end(), moved.begin(), moved.end());
+    const auto given = given_.extract(alias);
+    if (!given.empty()) std::ranges::move(given.mapped(), std::back_inserter(given_[name]));
   }
 
   /// Says which values are overridden by another one.

@@ -20,6 +20,7 @@
 #include <IpoptConfig.h>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/ipopt/options_documentation.hpp"
@@ -201,7 +202,7 @@ void write_solution(const NlProblem& problem, const std::string& file, const std
   const bool game = problem.has_player(Player::Max);
   solution.message = game ? " \n" + message : one_line(message);
   solution.solve_result = solve_result(result);
-  solution.problem_suffix = {"minmax_result", detailed_result(result)};
+  solution.detailed_result = detailed_result(result);
   write_file(file, problem.is_binary() ? solution.binary() : solution.text());
 }
 
@@ -317,8 +318,8 @@ void take_closed_descriptors() {
       static_cast<void>(open("/dev/null", O_RDONLY));
 }
 
-/// Carries out the flags that only print; -1 when there is none.
-int print_only(const std::string& word) {
+/// Carries out the flags that only print. Returns whether the word is one.
+bool print_only(const std::string& word) {
   if (word == "-v" || word == "--version") {
     std::cout << version_text;
   } else if (word == "-=") {
@@ -326,9 +327,9 @@ int print_only(const std::string& word) {
   } else if (word == "-?" || word == "-h" || word == "--help") {
     std::cout << usage;
   } else {
-    return -1;
+    return false;
   }
-  return 0;
+  return true;
 }
 
 int run(int argc, char** argv) {
@@ -352,13 +353,13 @@ int run(int argc, char** argv) {
       command.solution_file = word.substr(2);
     } else if (word == "-" || word == "--") {
       flags = false;
-    } else if (print_only(word) == 0) {
+    } else if (print_only(word)) {
       return 0;
     } else if (word != "-e") {
       throw std::invalid_argument("unknown flag " + word + "; -? lists them");
     }
   }
-  if (command.stub.empty()) throw std::invalid_argument(std::string("no model given\n") + usage);
+  if (command.stub.empty()) throw std::invalid_argument(concat("no model given\n", usage));
   return solve(std::move(command));
 }
 

@@ -205,38 +205,29 @@ int NlProblem::constraints() const { return n_con; }
 /// Calls all that a solve calls, at the start and beside it. Whether the results are defined does
 /// not matter here: a damaged formula crashes.
 void NlProblem::call_everything() {
-  int n = 0, m = 0, jacobian_entries = 0, hessian_entries = 0;
-  IndexStyleEnum style = C_STYLE;
-  get_nlp_info(n, m, jacobian_entries, hessian_entries, style);
-  std::vector<double> x(at(n)), lower(at(n)), upper(at(n)), gradient(at(n)), g(at(m)),
-      g_lower(at(m)), g_upper(at(m)), lambda(at(m), 1.0), jacobian(at(jacobian_entries)),
-      hessian(at(hessian_entries));
-  std::vector<int> rows(std::max(jacobian.size(), hessian.size())), columns(rows.size());
-  std::vector<Player> players(at(std::max(n, m)), Player::Min);
-  StringMetaDataMapType strings, constraint_strings;
-  IntegerMetaDataMapType integers;
-  NumericMetaDataMapType numbers;
-  get_var_con_metadata(n, strings, integers, numbers, m, constraint_strings, integers, numbers);
-  get_bounds_info(n, lower.data(), upper.data(), m, g_lower.data(), g_upper.data());
-  get_variable_players(n, players.data());
-  get_constraint_players(m, players.data());
-  eval_jac_g(n, nullptr, false, m, jacobian_entries, rows.data(), columns.data(), nullptr);
-  eval_h(n, nullptr, false, 1.0, m, nullptr, false, hessian_entries, rows.data(), columns.data(),
-         nullptr);
-  get_starting_point(n, true, x.data(), true, lower.data(), upper.data(), m, true, g.data());
+  AddRef(nullptr);  // the child process holds it to its own end
+  TnlpProblem problem(this);
+  static_cast<void>(problem.load());
+  const ProblemStructure& s = problem.structure();
+  std::vector<double> x(s.variable_lower.size()), z_lower(x), z_upper(x), gradient(x),
+      g(s.constraint_lower.size()), lambda(g.size(), 1.0), jacobian(s.jacobian.size()),
+      hessian(s.hessian.size());
+  StartingPoint start{x, true, g, z_lower, z_upper};
+  static_cast<void>(problem.starting_point(start));
   for (const double step : {0.0, 0.1}) {
     for (double& value : x) value += step * std::max(1.0, std::abs(value));
-    double f = 0.0;
-    for (int j = 0; j < m; ++j) {
-      eval_rows(n, x.data(), true, 1, &j, m, g.data(), jacobian_entries, nullptr);
-      eval_rows(n, x.data(), false, 1, &j, m, nullptr, jacobian_entries, jacobian.data());
+    std::vector<bool> defined;
+    for (Index j = 0; j < constraints(); ++j) {
+      const std::span<const Index> row(&j, 1);
+      defined.push_back(problem.constraint_rows(row, x, true, g));
+      defined.push_back(problem.jacobian_rows(row, x, false, jacobian));
     }
-    eval_f(n, x.data(), true, f);
-    eval_g(n, x.data(), false, m, g.data());
-    eval_grad_f(n, x.data(), false, gradient.data());
-    eval_jac_g(n, x.data(), false, m, jacobian_entries, nullptr, nullptr, jacobian.data());
-    eval_h(n, x.data(), false, 1.0, m, lambda.data(), true, hessian_entries, nullptr, nullptr,
-           hessian.data());
+    double f = 0.0;
+    defined.push_back(problem.objective(x, true, f));
+    defined.push_back(problem.constraints(x, false, g));
+    defined.push_back(problem.gradient(x, false, gradient));
+    defined.push_back(problem.jacobian(x, false, jacobian));
+    defined.push_back(problem.hessian(x, false, 1.0, lambda, true, hessian));
   }
 }
 

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kRealSuffix = 4;     ///< kind of a real suffix of variables
 constexpr int kProblemSuffix = 3;  ///< kind of an integer suffix of the problem
+const std::string kDetailedResult = "minmax_result";
 
 int nonzeros(const std::vector<double>& values) {
   return static_cast<int>(values.size()) - static_cast<int>(std::ranges::count(values, 0.0));
@@ -79,10 +80,9 @@ std::string SolutionFile::text() const {
     for (const auto i : indices(suffix.values))
       if (suffix.values[i] != 0.0) out << i << ' ' << text_of(suffix.values[i]) << '\n';
   }
-  if (problem_suffix && problem_suffix->value != 0) {
-    const auto& [name, value] = *problem_suffix;
-    out << "suffix " << kProblemSuffix << " 1 " << name.size() + 1 << " 0 0\n"
-        << name << "\n0 " << value << '\n';
+  if (detailed_result != 0) {
+    out << "suffix " << kProblemSuffix << " 1 " << kDetailedResult.size() + 1 << " 0 0\n"
+        << kDetailedResult << "\n0 " << detailed_result << '\n';
   }
   return out.str();
 }
@@ -115,10 +115,8 @@ std::string SolutionFile::binary() const {
       if (suffix.values[i] != 0.0) record.add(static_cast<std::int32_t>(i)).add(suffix.values[i]);
     out.add_record(record);
   }
-  if (problem_suffix && problem_suffix->value != 0) {
-    const auto& [name, value] = *problem_suffix;
-    out.add_record(heading(kProblemSuffix, 1, name).add(0).add(value));
-  }
+  if (detailed_result != 0)
+    out.add_record(heading(kProblemSuffix, 1, kDetailedResult).add(0).add(detailed_result));
   return out.bytes();
 }
 

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <cstring>
 
-#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 
 namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
@@ -33,17 +32,12 @@ void say_fixed(IpminmaxProblemInfo* problem, const char* text) noexcept {
 const char* message_without_problem() noexcept { return creation_message.data(); }
 
 std::vector<double> read_array(const double* values, Index count, const char* name,
-                               std::string& error) {
-  if (count <= 0 || !error.empty()) return {};
-  if (values == nullptr) {
-    error = concat(name, " is NULL");
-    return {};
-  }
-  const std::vector<double> result(values, values + count);
+                               bool may_be_null) {
+  if (count <= 0 || (values == nullptr && may_be_null)) return {};
+  if (values == nullptr) refuse(name, " is NULL");
+  std::vector<double> result(values, values + count);
   const auto nan = std::ranges::find_if(result, [](double v) { return v != v; });
-  if (nan != result.end()) {
-    error = concat(name, "[", nan - result.begin(), "] is NaN");
-  }
+  if (nan != result.end()) refuse(name, "[", nan - result.begin(), "] is NaN");
   return result;
 }
 

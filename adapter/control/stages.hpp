@@ -166,7 +166,7 @@ class StageGame : public Problem {
     one_.emplace(locals_);
     together_.emplace(locals_);
     end_tape_.emplace(index(nx + shared_), nt + 1);
-    describe_variables();
+    describe();
     find_structure();
   }
 
@@ -198,9 +198,8 @@ class StageGame : public Problem {
     need(s.size() == nx, "initial: one value per state");
     h_.initial.assign(s.begin(), s.end());
     for (const auto i : up_to(nx)) {
-      const double spread = h_.initial_spread.empty() ? 0.0 : h_.initial_spread[i];
-      structure_.variable_lower[i] = s[i] - spread;
-      structure_.variable_upper[i] = s[i] + spread;
+      structure_.variable_lower[i] = s[i] - h_.initial_spread[i];
+      structure_.variable_upper[i] = s[i] + h_.initial_spread[i];
       start_.v[i] = s[i];
     }
   }
@@ -458,89 +457,71 @@ class StageGame : public Problem {
     bounds(h_.gain_lower, h_.gain_upper, gains(), "bounds of gains: in order");
     fill(h_.control_guess, nu, 0.0, "control_guess: one per control");
     fill(h_.parameter_guess, np, 0.0, "parameter_guess: one per parameter");
-    if (!h_.final_guess.empty()) fill(h_.final_guess, nx, 0.0, "final_guess: one per state");
-    if (!h_.initial_spread.empty()) fill(h_.initial_spread, nx, 0.0, "initial_spread: per state");
-    for (const auto* names : {&h_.state_names, &h_.control_names, &h_.disturbance_names}) {
-      const std::size_t size = names == &h_.state_names ? nx : names == &h_.control_names ? nu : nw;
-      need(names->empty() || names->size() == size, "names: one each, or none");
-    }
+    if (h_.final_guess.empty())
+      h_.final_guess = h_.initial;
+    else
+      fill(h_.final_guess, nx, 0.0, "final_guess: one per state");
+    fill(h_.initial_spread, nx, 0.0, "initial_spread: per state");
+    const auto names = [](const std::vector<std::string>& given, std::size_t size) {
+      need(given.empty() || given.size() == size, "names: one each, or none");
+    };
+    names(h_.state_names, nx);
+    names(h_.control_names, nu);
+    names(h_.disturbance_names, nw);
   }
 
-  void describe_variables() {
-    const std::size_t n = variables();
-    structure_.variable_players.assign(n, Player::Max);
-    structure_.variable_lower.assign(n, -kNone);
-    structure_.variable_upper.assign(n, kNone);
-    start_.v.assign(n, 0.0);
-    const auto put = [&](Index at, Player player, double lower, double upper, double start) {
-      const auto i = static_cast<std::size_t>(at);
-      structure_.variable_players[i] = player;
-      structure_.variable_lower[i] = lower;
-      structure_.variable_upper[i] = upper;
-      start_.v[i] = std::clamp(start, lower, upper);
+  /// Variables and constraints in their order.
+  void describe() {
+    const bool named = h_.stages <= kMostNamed;
+    using Names = std::vector<std::string>;
+    std::string stage;  // ends the names
+    const auto name = [&](const Names& given, const char* stem, std::size_t i) {
+      return (i < given.size() ? given[i] : stem + std::to_string(i)) + stage;
+    };
+    const auto add = [&](Player player, double lower, double upper, double start,
+                         const Names& given, const char* stem, std::size_t i) {
+      structure_.variable_players.push_back(player);
+      structure_.variable_lower.push_back(lower);
+      structure_.variable_upper.push_back(upper);
+      start_.v.push_back(std::clamp(start, lower, upper));
+      if (named) structure_.variable_names.push_back(name(given, stem, i));
+    };
+    const auto add_row = [&](Player player, const char* prefix, const Names& given,
+                             const char* stem, std::size_t i) {
+      structure_.constraint_players.push_back(player);
+      structure_.constraint_lower.push_back(player == Player::Min ? -kNone : 0.0);  // limits
+      structure_.constraint_upper.push_back(0.0);
+      if (named) structure_.constraint_names.push_back(prefix + name(given, stem, i));
     };
     for (std::size_t k = 0; k <= h_.stages; ++k) {
+      if (named) stage = "[" + std::to_string(k) + "]";
       const double share = static_cast<double>(k) / static_cast<double>(h_.stages);
-      for (const auto i : up_to(nx)) {
-        const double to = h_.final_guess.empty() ? h_.initial[i] : h_.final_guess[i];
-        put(state(k, i), Player::Max, -kNone, kNone, (1.0 - share) * h_.initial[i] + share * to);
-      }
+      for (const auto i : up_to(nx))
+        add(Player::Max, -kNone, kNone, (1.0 - share) * h_.initial[i] + share * h_.final_guess[i],
+            h_.state_names, "state", i);
       if (k == h_.stages) break;
       for (const auto i : up_to(nu))
-        put(control(k, i), Player::Min, h_.control_lower[i], h_.control_upper[i],
-            h_.control_guess[i]);
+        add(Player::Min, h_.control_lower[i], h_.control_upper[i], h_.control_guess[i],
+            h_.control_names, "control", i);
       for (const auto i : up_to(nw))
-        put(disturbance(k, i), Player::Max, h_.disturbance_lower[i], h_.disturbance_upper[i], 0.0);
+        add(Player::Max, h_.disturbance_lower[i], h_.disturbance_upper[i], 0.0,
+            h_.disturbance_names, "disturbance", i);
+      for (const auto i : up_to(nx)) add_row(Player::Max, "next_", h_.state_names, "state", i);
+      for (const auto i : up_to(nl)) add_row(Player::Min, "", {}, "limit", i);
     }
+    stage.clear();
     for (const auto i : up_to(np))
-      put(parameter(i), Player::Min, h_.parameter_lower[i], h_.parameter_upper[i],
-          h_.parameter_guess[i]);
+      add(Player::Min, h_.parameter_lower[i], h_.parameter_upper[i], h_.parameter_guess[i], {},
+          "parameter", i);
     for (const auto i : up_to(gains()))
-      put(gain(0, i), Player::Min, h_.gain_lower[i], h_.gain_upper[i], 0.0);
+      add(Player::Min, h_.gain_lower[i], h_.gain_upper[i], 0.0, {}, "gain", i);
     for (const auto i : up_to(disturbance_gains()))
-      put(gain(0, gains() + i), Player::Min, -h_.memory_bound, h_.memory_bound, 0.0);
+      add(Player::Min, -h_.memory_bound, h_.memory_bound, 0.0, {}, "memory", i);
     if (free_time())
-      put(duration(), Player::Min, h_.duration_lower, h_.duration_upper,
-          h_.step * static_cast<double>(h_.stages));
+      add(Player::Min, h_.duration_lower, h_.duration_upper,
+          h_.step * static_cast<double>(h_.stages), {"duration"}, "", 0);
+    for (const auto i : up_to(nt)) add_row(Player::Min, "", {}, "terminal_limit", i);
     set_initial(std::vector<double>(h_.initial));
-    structure_.constraint_lower.assign(rows(), 0.0);
-    structure_.constraint_upper.assign(rows(), 0.0);
-    structure_.constraint_players.assign(rows(), Player::Max);
-    for (const auto k : up_to(h_.stages)) {
-      for (const auto j : up_to(nl)) make_limit(k * kRows + nx + j);
-    }
-    for (const auto j : up_to(nt)) make_limit(h_.stages * kRows + j);
-    if (h_.stages <= kMostNamed) name_all();
-  }
-  void make_limit(std::size_t row) {
-    structure_.constraint_lower[row] = -kNone;
-    structure_.constraint_players[row] = Player::Min;
-  }
-  void name_all() {
-    const auto name = [](const std::vector<std::string>& names, const char* stem, std::size_t i) {
-      return i < names.size() ? names[i] : stem + std::to_string(i);
-    };
-    std::vector<std::string>& of = structure_.variable_names;
-    std::vector<std::string>& rows_of = structure_.constraint_names;
-    for (std::size_t k = 0; k <= h_.stages; ++k) {
-      const std::string at = "[" + std::to_string(k) + "]";
-      for (const auto i : up_to(nx)) of.push_back(name(h_.state_names, "state", i) + at);
-      if (k == h_.stages) break;
-      for (const auto i : up_to(nu)) of.push_back(name(h_.control_names, "control", i) + at);
-      for (const auto i : up_to(nw))
-        of.push_back(name(h_.disturbance_names, "disturbance", i) + at);
-      for (const auto i : up_to(nx))
-        rows_of.push_back("next_" + name(h_.state_names, "state", i) + at);
-      for (const auto i : up_to(nl)) rows_of.push_back(name({}, "limit", i) + at);
-    }
-    const auto add = [](std::vector<std::string>& to, const char* stem, std::size_t count) {
-      for (const auto i : up_to(count)) to.push_back(stem + std::to_string(i));
-    };
-    add(of, "parameter", np);
-    add(of, "gain", gains());
-    add(of, "memory", disturbance_gains());
-    if (free_time()) of.emplace_back("duration");
-    add(rows_of, "terminal_limit", nt);
   }
 
   /// The pattern of all stages together; the first ones lack disturbances before the start.

@@ -1,6 +1,5 @@
 #include <IpJournalist.hpp>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <istream>
 #include <iterator>
@@ -27,63 +26,37 @@ using Name = OptionInfo::Name;
 
 // --- Options files -------------------------------------------------------------------------------
 
-struct Token {
-  std::string text;
-  int line = 1;
-};
-
-/// Splits an options file as Ipopt does, and counts lines.
-class Tokenizer {
+/// Splits an options file as Ipopt does.
+class Words {
  public:
-  explicit Tokenizer(std::istream& input) : input_(input) {}
+  explicit Words(const std::string& text) : text_(text) {}
 
-  /// Empty at the end of the input or inside an open quotation, see unterminated().
-  [[nodiscard]] std::optional<Token> next() {
-    skip_blanks_and_comments();
-    if (peek() == kEnd) return std::nullopt;
-    Token token{{}, line_};
-    bool quoted = false;
-    if (peek() == '"') {
-      get();
-      quoted = true;
-    }
-    for (int c = peek(); c != kEnd && (quoted || std::isspace(c) == 0); c = peek()) {
-      get();
-      if (quoted && c == '"') return token;
-      token.text += static_cast<char>(c);
-    }
-    if (quoted) {
-      unterminated_ = token.line;
-      return std::nullopt;
-    }
-    return token;
+  /// The next word, without its quotes; none at the end, or where a quotation never ends.
+  [[nodiscard]] std::optional<std::string> next() {
+    begin_ = text_.find_first_not_of(kBlanks, end_);
+    while (begin_ < text_.size() && text_[begin_] == '#')  // a comment
+      begin_ = text_.find_first_not_of(kBlanks, text_.find('\n', begin_));
+    if (begin_ >= text_.size()) return std::nullopt;
+    const std::size_t quote = text_[begin_] == '"' ? 1 : 0, first = begin_ + quote;
+    end_ = quote > 0 ? text_.find('"', first) : text_.find_first_of(kBlanks, first);
+    is_open_ = quote > 0 && end_ == std::string::npos;
+    if (is_open_) return std::nullopt;
+    std::string word = text_.substr(first, end_ - first);
+    end_ = std::min(end_, text_.size()) + quote;
+    return word;
   }
-
-  /// Line at which a quotation began that never ended.
-  [[nodiscard]] std::optional<int> unterminated() const { return unterminated_; }
+  [[nodiscard]] bool in_open_quotation() const { return is_open_; }
+  /// At which the last word begins, from 1.
+  [[nodiscard]] std::ptrdiff_t line() const {
+    return 1 + std::ranges::count(text_.substr(0, begin_), '\n');
+  }
 
  private:
-  static constexpr int kEnd = std::char_traits<char>::eof();
+  static constexpr const char* kBlanks = " \t\n\v\f\r";
 
-  int peek() { return input_.good() ? input_.peek() : kEnd; }
-  int get() {
-    const int c = input_.get();
-    if (c == '\n') ++line_;
-    return c;
-  }
-  void skip_blanks_and_comments() {
-    for (int c = peek(); c != kEnd && (std::isspace(c) != 0 || c == '#'); c = peek()) {
-      if (c == '#') {
-        while (peek() != kEnd && peek() != '\n') get();
-      } else {
-        get();
-      }
-    }
-  }
-
-  std::istream& input_;
-  int line_ = 1;
-  std::optional<int> unterminated_;
+  const std::string& text_;
+  std::size_t begin_ = 0, end_ = 0;  ///< of the last word
+  bool is_open_ = false;
 };
 
 /// The option whose name is nearest, empty when none is near.
@@ -325,22 +298,21 @@ const std::vector<OptionInfo>& application_option_table() {
 
 std::string read_options(std::istream& input, const std::string& source,
                          RegisteredOptions& registry, OptionsList& list, bool allow_clobber) {
-  Tokenizer tokens(input);
-  const auto error_at = [&](int line, const std::string& text) {
-    return concat(source, ", line ", line, ": ", text);
-  };
-  while (const auto name = tokens.next()) {
-    const auto value = tokens.next();
-    if (tokens.unterminated()) break;
-    if (!value) return error_at(name->line, "option \"" + name->text + "\" has no value");
-    if (auto error = set_option(name->text, value->text, registry, list, allow_clobber);
-        !error.empty()) {
-      return error_at(name->line, error);
-    }
-  }
+  std::string text;
+  for (char c = '\0'; input.get(c);) text += c;
   if (input.bad()) return source + " cannot be read";  // a folder, for one
-  if (tokens.unterminated()) return error_at(*tokens.unterminated(), "a quotation never ends");
-  return {};
+  Words words(text);
+  while (const auto name = words.next()) {
+    const auto line = words.line();
+    const auto value = words.next();
+    if (words.in_open_quotation()) break;
+    const std::string error = value ? set_option(*name, *value, registry, list, allow_clobber)
+                                    : concat("option \"", *name, "\" has no value");
+    if (!error.empty()) return concat(source, ", line ", line, ": ", error);
+  }
+  return words.in_open_quotation()
+             ? concat(source, ", line ", words.line(), ": a quotation never ends")
+             : "";
 }
 
 std::string solver_options(const OptionsList& list, SolverOptions& options) {

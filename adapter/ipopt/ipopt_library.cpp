@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <IpUtils.hpp>
 
@@ -43,10 +44,7 @@ std::vector<std::string> loaded_ipopt_libraries() {
 }
 
 /// How many were loaded and unloaded so far.
-struct LoadedLibraries {
-  unsigned long long added = 0, removed = 0;
-  friend bool operator==(const LoadedLibraries&, const LoadedLibraries&) = default;
-};
+using LoadedLibraries = std::pair<unsigned long long, unsigned long long>;
 
 LoadedLibraries loaded_libraries() {
   LoadedLibraries count;
@@ -111,7 +109,7 @@ std::string ipopt_library_error(const Ipopt::TNLP& model) {
   };
   thread_local std::optional<Seen> seen;
   const LoadedLibraries now = loaded_libraries();
-  if (!seen || !(seen->libraries == now)) {
+  if (!seen || seen->libraries != now) {
     seen = {now, ipopt_library_error(loaded_ipopt_libraries(), is_from_3_14_on)};
   }
   return seen->error;

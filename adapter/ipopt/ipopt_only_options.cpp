@@ -19,9 +19,9 @@ namespace {
 /// Options of the linked Ipopt, in alphabetical order. Plain values: Ipopt's own objects count
 /// references without locks, and this table is shared by all threads.
 struct IpoptOptions {
-  std::vector<OptionInfo> all;
   std::vector<OptionInfo> not_ours;
-  std::deque<std::string> texts;  ///< of both
+  std::vector<std::string_view> linear_solvers;  ///< not ours
+  std::deque<std::string> texts;
 };
 
 /// For ever in the table.
@@ -68,9 +68,14 @@ IpoptOptions read_options() {
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
   IpoptOptions options;
   for (const auto& entry : registry->RegisteredOptionsList()) {
-    options.all.push_back(info_of(*entry.second, options));
-    if (!is_own_option(options.all.back().name)) options.not_ours.push_back(options.all.back());
+    OptionInfo info = info_of(*entry.second, options);
+    if (info.name == "linear_solver")
+      options.linear_solvers = std::get<OptionInfo::Choice>(info.kind).names;
+    if (!is_own_option(info.name)) options.not_ours.push_back(std::move(info));
   }
+  const auto ours = std::ranges::find(option_table(), "linear_solver", &OptionInfo::name);
+  for (const auto name : std::get<OptionInfo::Choice>(ours->kind).names)
+    std::erase(options.linear_solvers, name);
   return options;
 }
 
@@ -181,18 +186,7 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
 
 const std::vector<OptionInfo>& ipopt_only_options() { return ipopt_options().not_ours; }
 
-std::vector<std::string_view> ipopt_only_linear_solvers() {
-  const auto names_in = [](const auto& table) {
-    const auto found = std::ranges::find(table, "linear_solver", &OptionInfo::name);
-    return found == table.end() ? std::vector<std::string_view>{}
-                                : std::get<OptionInfo::Choice>(found->kind).names;
-  };
-  std::vector<std::string_view> others = names_in(ipopt_options().all);
-  const auto own = names_in(option_table());
-  std::erase_if(others,
-                [&](std::string_view name) { return std::ranges::find(own, name) != own.end(); });
-  return others;
-}
+std::vector<std::string_view> ipopt_only_linear_solvers() { return ipopt_options().linear_solvers; }
 
 bool is_ipopt_only_linear_solver(std::string_view name) {
   const auto others = ipopt_only_linear_solvers();

@@ -34,6 +34,7 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/search/result_arrays.hpp"
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
@@ -200,14 +201,10 @@ double bound_violation(const ProblemStructure& structure, const std::vector<doub
 bool stdout_is_terminal(bool over_ranks) {
   if (isatty(STDOUT_FILENO) != 1) return false;
   if (!over_ranks || std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) return true;
-  const std::string output = "/proc/" + std::to_string(getppid()) + "/fd/1";
+  const std::string output = concat("/proc/", getppid(), "/fd/1");
   std::error_code error;
   const std::string target = std::filesystem::read_symlink(output, error).string();
   return target.starts_with("/dev/pts/") || target.starts_with("/dev/tty");
-}
-
-bool has_variable_of(Player player, const ProblemStructure& s) {
-  return std::ranges::find(s.variable_players, player) != s.variable_players.end();
 }
 
 /// A model may stop because Ipopt's own methods have nothing to tell it.
@@ -483,7 +480,7 @@ struct MinMaxApplication::Implementation {
       return {.on_iteration = [this](const IterationInfo& info) { return tell(info); },
               .message =
                   [this](std::string_view text) {
-                    owner.print(J_WARNING, J_MAIN, std::string(text) + "\n");
+                    owner.print(J_WARNING, J_MAIN, concat(text, "\n"));
                   }};
     }
     [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = J_ITERSUMMARY) {
@@ -512,8 +509,9 @@ struct MinMaxApplication::Implementation {
     const bool as_ipopt = current_settings().rows.as_ipopt;  // whose log has no such tables
     // One line that is refreshed on a terminal, else one line per start.
     const bool on_terminal = prints_to_terminal();
+    const auto& players = problem.structure().variable_players;
     log::StartsProgress progress(options.minmax_starts,
-                                 !has_variable_of(Player::Min, problem.structure()));
+                                 std::ranges::count(players, Player::Min) == 0);
     observer.on_result = [&, rows = on_terminal ? J_DETAILED : J_ITERSUMMARY](Index start,
                                                                               const Result& found) {
       if (as_ipopt || !many) return;
@@ -523,7 +521,7 @@ struct MinMaxApplication::Implementation {
       show_progress(progress, on_terminal);
     };
     observer.message = [this](Index, std::string_view text) {
-      print(J_WARNING, J_MAIN, std::string(text) + "\n");
+      print(J_WARNING, J_MAIN, concat(text, "\n"));
     };
     Answer found = over_ranks ? multistart_over_ranks(
                                     [&] { return std::make_unique<ForwardingProblem>(problem); }, 1,
@@ -579,16 +577,16 @@ struct MinMaxApplication::Implementation {
     warnings.clear();
     const bool distributes = dynamic_cast<const MinMaxTNLP*>(GetRawPtr(model)) != nullptr &&
                              dynamic_cast<const OptionalPlayers*>(GetRawPtr(model)) == nullptr;
-    if (!distributes && !has_variable_of(Player::Max, structure)) {  // an ordinary model
+    if (!distributes && !has_max_variables(structure)) {  // an ordinary model
       print(J_WARNING, J_MAIN,
-            std::string("Note: no Max variable: a ") +
-                (options.obj_scaling_factor < 0.0 ? "maximization" : "minimization") + ".\n\n");
+            options.obj_scaling_factor < 0.0 ? "Note: no Max variable: a maximization.\n\n"
+                                             : "Note: no Max variable: a minimization.\n\n");
       return;
     }
     const auto warn = [&](const std::string& text) {
-      print(J_WARNING, J_MAIN, "Warning: " + text + "\n\n");
+      if (!text.empty()) print(J_WARNING, J_MAIN, "Warning: " + text + "\n\n");
     };
-    if (const auto text = one_player_remark(structure); !text.empty()) warn(text);
+    warn(one_player_remark(structure));
     warnings = split_remarks(structure);
     std::ranges::for_each(warnings, warn);
   }
@@ -621,9 +619,11 @@ struct MinMaxApplication::Implementation {
     });
     const auto* players = dynamic_cast<const OptionalPlayers*>(GetRawPtr(model));
     const bool is_known = players != nullptr && players->gives_constraints_to_max();
-    if (is_printed(J_SUMMARY, J_SOLUTION) && !is_known) {
-      if (const std::string text = coupled_remark(problem.structure()); !text.empty())
-        print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
+    if (!is_known) {
+      printed(J_SOLUTION, [&] {
+        const std::string text = coupled_remark(problem.structure());
+        return text.empty() ? "" : concat("Note: ", text, "\n");
+      });
     }
     if (as_ipopt) printed(J_SOLUTION, [&] { return log::ipopt_errors(result); });
     printed(J_STATISTICS, [&] {

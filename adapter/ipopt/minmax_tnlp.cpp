@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "adapter/ipopt/concat.hpp"

@@ -46,19 +46,6 @@ void add_number(RegisteredOptions& registry, const std::string& name, const std:
   }
 }
 
-void add_integer(RegisteredOptions& registry, const std::string& name, const std::string& text,
-                 const Integer& o) {
-  if (o.lower > kLeast && o.upper < kMost) {
-    registry.AddBoundedIntegerOption(name, text, o.lower, o.upper, o.by_default);
-  } else if (o.lower > kLeast) {
-    registry.AddLowerBoundedIntegerOption(name, text, o.lower, o.by_default);
-  } else if (o.upper < kMost) {
-    registry.AddUpperBoundedIntegerOption(name, text, o.upper, o.by_default);
-  } else {
-    registry.AddIntegerOption(name, text, o.by_default);
-  }
-}
-
 }  // namespace
 
 std::string text_of(double value) {
@@ -95,7 +82,9 @@ void register_option(RegisteredOptions& registry, const OptionInfo& info) {
   const std::string name(info.name), text(info.text);
   std::visit(
       Kinds{[&](const Number& o) { add_number(registry, name, text, o); },
-            [&](const Integer& o) { add_integer(registry, name, text, o); },
+            [&](const Integer& o) {
+              registry.AddBoundedIntegerOption(name, text, o.lower, o.upper, o.by_default);
+            },
             [&](const Flag&) {
               registry.AddStringOption2(name, text, default_of(info), "no", "", "yes", "");
             },

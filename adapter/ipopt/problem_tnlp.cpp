@@ -76,12 +76,12 @@ IpoptAnswer solve_with_ipopt(Problem& problem,
   if (set_options) set_options(*application->Options());
   const Ipopt::SmartPtr<FactorizationCounter> factorizations = new FactorizationCounter;
   application->Jnlst()->AddJournal(GetRawPtr(factorizations));
-  IpoptAnswer failure;
-  failure.status = application->Initialize("");
-  if (failure.status != Ipopt::Solve_Succeeded) return failure;
+  IpoptAnswer answer;
+  answer.status = application->Initialize("");
+  if (answer.status != Ipopt::Solve_Succeeded) return answer;
 
   const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(model);
-  IpoptAnswer answer = model->answer();
+  answer = model->answer();
   answer.status = status;
   answer.counts.factorizations_full = factorizations->count();
   const Ipopt::SmartPtr<Ipopt::SolveStatistics> statistics = application->Statistics();

@@ -77,9 +77,7 @@ class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes, public ModelByRow
   bool get_starting_point(Index n, bool, double* x, bool init_z, double* z_L, double* z_U, Index m,
                           bool init_lambda, double* lambda) override {
     std::fill_n(x, n, 0.0);
-    StartingPoint start;
-    start.v = {x, x + n};
-    start.needs_multipliers = init_z && init_lambda;  // Ipopt asks for both or none
+    StartingPoint start{{x, x + n}, init_z && init_lambda, {}, {}, {}};  // both or none
     if (start.needs_multipliers) {
       std::fill_n(z_L, n, 0.0);
       std::fill_n(z_U, n, 0.0);

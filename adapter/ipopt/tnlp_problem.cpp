@@ -13,14 +13,17 @@ namespace {
 
 constexpr Index kNotSet = std::numeric_limits<Index>::min();
 
-/// What is wrong with owners that a model has written, if anything.
-std::string not_a_player(const char* method, const char* kind, const std::vector<Player>& players) {
+[[noreturn]] void reject(const auto&... why) {
+  THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, concat(why...));
+}
+
+/// Looks at owners that a model has written.
+void require_players(const char* method, const char* kind, const std::vector<Player>& players) {
   for (const auto i : indices(players)) {
     if (players[i] == Player::Min || players[i] == Player::Max) continue;
-    return concat(method, " gives ", kind, " ", i, " the owner ", static_cast<int>(players[i]),
-                  ", which is no player");
+    reject(method, " gives ", kind, " ", i, " the owner ", static_cast<int>(players[i]),
+           ", which is no player");
   }
-  return {};
 }
 
 /// One matrix of the model, as its structure call left it.
@@ -40,25 +43,18 @@ struct StructureCall {
     return concat(first, " to ", count - 1 + first);
   }
 
-  [[nodiscard]] std::string error_of(std::size_t k) const {
-    if (rows[k] == kNotSet || cols[k] == kNotSet)
-      return concat(matrix, " entry ", k, " was not set by the model");
-    return concat(matrix, " entry ", k, " is at row ", rows[k], ", column ", cols[k],
-                  ", outside the matrix (rows ", range(row_count), ", columns ", range(col_count),
-                  first == 0 ? ", C style)" : ", Fortran style)");
-  }
-
-  /// 0-based. Returns what is wrong when an entry is outside the matrix.
-  [[nodiscard]] std::string read(std::vector<Triplet>& triplets) const {
+  /// 0-based.
+  void read(std::vector<Triplet>& triplets) const {
     triplets.resize(rows.size());
     for (const auto k : indices(rows)) {
-      if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count)) {
-        triplets.clear();
-        return error_of(k);
-      }
+      if (rows[k] == kNotSet || cols[k] == kNotSet)
+        reject(matrix, " entry ", k, " was not set by the model");
+      if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count))
+        reject(matrix, " entry ", k, " is at row ", rows[k], ", column ", cols[k],
+               ", outside the matrix (rows ", range(row_count), ", columns ", range(col_count),
+               first == 0 ? ", C style)" : ", Fortran style)");
       triplets[k] = {rows[k] - first, cols[k] - first};
     }
-    return {};
   }
 };
 
@@ -69,23 +65,22 @@ std::vector<std::string> names_of(const Ipopt::TNLP::StringMetaDataMapType& stri
 }
 
 /// Players from the metadata "player", when there. what: "variable" or "constraint".
-std::string players_of_metadata(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
-                                const char* what, std::vector<Player>& players) {
+void read_metadata(const Ipopt::TNLP::IntegerMetaDataMapType& integers, const char* what,
+                   std::vector<Player>& players) {
   const auto found = integers.find("player");
-  if (found == integers.end()) return {};
+  if (found == integers.end()) return;
   const auto& values = found->second;
   if (values.size() != players.size()) {
-    return concat(what, " metadata \"player\" has ", values.size(), " values for ", players.size(),
-                  " ", what, "s");
+    reject(what, " metadata \"player\" has ", values.size(), " values for ", players.size(), " ",
+           what, "s");
   }
   for (const auto i : indices(values)) {
     if (values[i] != 0 && values[i] != 1) {
-      return concat(what, " metadata \"player\" is ", values[i], " at index ", i,
-                    "; it must be 0 (Min) or 1 (Max)");
+      reject(what, " metadata \"player\" is ", values[i], " at index ", i,
+             "; it must be 0 (Min) or 1 (Max)");
     }
     players[i] = values[i] == 1 ? Player::Max : Player::Min;
   }
-  return {};
 }
 
 }  // namespace
@@ -95,37 +90,34 @@ TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOption
     : model_(model), options_(std::move(options)), hessian_source_(hessian) {}
 
 std::string TnlpProblem::load() {
+  started_ = false;
   try {
-    return load_parts();
+    load_sizes();
+    load_metadata();
+    load_bounds();
+    load_jacobian_structure();
+    load_hessian_structure();
+    structure_.variable_players.assign(at(n_), Player::Min);
+    read_players(true);
+    implied_constraint_players(structure_, structure_.constraint_players);
+    read_players(false);
+    load_bounds();  // Ipopt asks twice
   } catch (const Ipopt::TNLP::INVALID_TNLP& error) {
     return error.Message();
   }
+  return {};
 }
 
-std::string TnlpProblem::load_parts() {
-  started_ = false;
-  if (auto error = load_sizes(); !error.empty()) return error;
-  load_metadata();
-  if (auto error = load_bounds(); !error.empty()) return error;
-  if (auto error = load_jacobian_structure(); !error.empty()) return error;
-  if (auto error = load_hessian_structure(); !error.empty()) return error;
-  if (auto error = load_players(); !error.empty()) return error;
-  return load_bounds();  // Ipopt asks twice
-}
-
-std::string TnlpProblem::load_sizes() {
-  if (!model_->get_nlp_info(n_, m_, jacobian_entries_, hessian_entries_, index_style_)) {
-    return "get_nlp_info returned false";
-  }
+void TnlpProblem::load_sizes() {
+  if (!model_->get_nlp_info(n_, m_, jacobian_entries_, hessian_entries_, index_style_))
+    reject("get_nlp_info returned false");
   const std::array<std::pair<const char*, Index>, 4> sizes{
       {{"n", n_}, {"m", m_}, {"nnz_jac_g", jacobian_entries_}, {"nnz_h_lag", hessian_entries_}}};
   for (const auto& [name, size] : sizes) {
-    if (size < 0) return concat("get_nlp_info set ", name, " = ", size);
+    if (size < 0) reject("get_nlp_info set ", name, " = ", size);
   }
-  if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE) {
-    return concat("get_nlp_info set index_style = ", static_cast<Index>(index_style_));
-  }
-  return {};
+  if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE)
+    reject("get_nlp_info set index_style = ", static_cast<Index>(index_style_));
 }
 
 void TnlpProblem::load_metadata() {
@@ -142,7 +134,7 @@ void TnlpProblem::load_metadata() {
   structure_.constraint_names = names_of(g.strings, m_);
 }
 
-std::string TnlpProblem::load_bounds() {
+void TnlpProblem::load_bounds() {
   // NaN marks what the model leaves unset; the core names it.
   structure_.variable_lower.assign(at(n_), kNaN);
   structure_.variable_upper.assign(at(n_), kNaN);
@@ -150,10 +142,8 @@ std::string TnlpProblem::load_bounds() {
   structure_.constraint_upper.assign(at(m_), kNaN);
   if (!model_->get_bounds_info(
           n_, address(structure_.variable_lower), address(structure_.variable_upper), m_,
-          address(structure_.constraint_lower), address(structure_.constraint_upper))) {
-    return "get_bounds_info returned false";
-  }
-  return {};
+          address(structure_.constraint_lower), address(structure_.constraint_upper)))
+    reject("get_bounds_info returned false");
 }
 
 void TnlpProblem::expect_entries(Index entries) {
@@ -161,17 +151,16 @@ void TnlpProblem::expect_entries(Index entries) {
   cols_.assign(at(entries), kNotSet);
 }
 
-std::string TnlpProblem::load_jacobian_structure() {
+void TnlpProblem::load_jacobian_structure() {
   expect_entries(jacobian_entries_);
   has_no_jacobian_ = !model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(rows_),
                                          address(cols_), nullptr);
-  if (has_no_jacobian_) {
-    return "eval_jac_g returned false when asked for the structure of the Jacobian";
-  }
-  return StructureCall{"Jacobian", rows_, cols_, m_, n_, first_index()}.read(structure_.jacobian);
+  if (has_no_jacobian_)
+    reject("eval_jac_g returned false when asked for the structure of the Jacobian");
+  StructureCall{"Jacobian", rows_, cols_, m_, n_, first_index()}.read(structure_.jacobian);
 }
 
-std::string TnlpProblem::load_hessian_structure() {
+void TnlpProblem::load_hessian_structure() {
   structure_.has_hessian = true;
   structure_.nonlinear_variables.reset();
   expect_entries(hessian_entries_);
@@ -183,40 +172,29 @@ std::string TnlpProblem::load_hessian_structure() {
     hessian_entries_ = 0;
     return load_nonlinear_variables();
   }
-  return StructureCall{"Hessian", rows_, cols_, n_, n_, first_index()}.read(structure_.hessian);
+  StructureCall{"Hessian", rows_, cols_, n_, n_, first_index()}.read(structure_.hessian);
 }
 
-std::string TnlpProblem::load_nonlinear_variables() {
+void TnlpProblem::load_nonlinear_variables() {
   const Index count = model_->get_number_of_nonlinear_variables();
-  if (count < 0) return {};
-  if (count > n_) {
-    return concat("get_number_of_nonlinear_variables returned ", count, " of ", n_, " variables");
-  }
+  if (count < 0) return;
+  if (count > n_)
+    reject("get_number_of_nonlinear_variables returned ", count, " of ", n_, " variables");
   std::vector<Index> variables(at(count), kNotSet);
-  if (!model_->get_list_of_nonlinear_variables(count, address(variables))) {
-    return "get_list_of_nonlinear_variables returned false";
-  }
+  if (!model_->get_list_of_nonlinear_variables(count, address(variables)))
+    reject("get_list_of_nonlinear_variables returned false");
   const Index first = first_index();
   for (Index& i : variables) {
-    if (i < first || i - first >= n_) {
-      return i == kNotSet ? "get_list_of_nonlinear_variables left an entry unset"
-                          : concat("get_list_of_nonlinear_variables lists variable ", i,
-                                   ", but the variables are ", first, " to ", n_ - 1 + first);
-    }
+    if (i == kNotSet) reject("get_list_of_nonlinear_variables left an entry unset");
+    if (i < first || i - first >= n_)
+      reject("get_list_of_nonlinear_variables lists variable ", i, ", but the variables are ",
+             first, " to ", n_ - 1 + first);
     i -= first;
   }
   structure_.nonlinear_variables = std::move(variables);
-  return {};
 }
 
-std::string TnlpProblem::load_players() {
-  structure_.variable_players.assign(at(n_), Player::Min);
-  if (auto error = read_players(true); !error.empty()) return error;
-  implied_constraint_players(structure_, structure_.constraint_players);
-  return read_players(false);
-}
-
-std::string TnlpProblem::read_players(bool of_variables) {
+void TnlpProblem::read_players(bool of_variables) {
   auto* model = dynamic_cast<MinMaxTNLP*>(GetRawPtr(model_));
   auto& players = of_variables ? structure_.variable_players : structure_.constraint_players;
   const Metadata& metadata = of_variables ? variable_metadata_ : constraint_metadata_;
@@ -224,16 +202,14 @@ std::string TnlpProblem::read_players(bool of_variables) {
   const char* const kind = of_variables ? "variable" : "constraint";
   const char* const method = of_variables ? "get_variable_players" : "get_constraint_players";
   implied_players_ = players;
-  std::string error;
   if (model == nullptr) {
-    error = players_of_metadata(metadata.integers, kind, players);
+    read_metadata(metadata.integers, kind, players);
   } else if (!(of_variables ? model->get_variable_players(count, address(players))
                             : model->get_constraint_players(count, address(players)))) {
-    error = concat(method, " returned false");
+    reject(method, " returned false");
   } else {
-    error = not_a_player(method, kind, players);
+    require_players(method, kind, players);
   }
-  if (!error.empty()) return error;
   // Names of another number than count are not used.
   const auto given = metadata.strings.find("idx_names");
   const ListedItems items{kind, count,
@@ -241,11 +217,11 @@ std::string TnlpProblem::read_players(bool of_variables) {
                           given != metadata.strings.end() ? given->second.size() : 0};
   const StatedPlayers stated{model != nullptr ? "the model" : "metadata \"player\"",
                              implied_players_};
-  error = apply_player_option(of_variables ? "minmax_max_variables" : "minmax_max_constraints",
-                              of_variables ? options_.max_variables : options_.max_constraints,
-                              items, stated, players);
-  if (of_variables || !error.empty()) return error;
-  return apply_min_constraints(options_, items, players);
+  std::string error = apply_player_option(
+      of_variables ? "minmax_max_variables" : "minmax_max_constraints",
+      of_variables ? options_.max_variables : options_.max_constraints, items, stated, players);
+  if (!of_variables && error.empty()) error = apply_min_constraints(options_, items, players);
+  if (!error.empty()) reject(error);
 }
 
 bool TnlpProblem::starting_point(StartingPoint& start) {

@@ -102,18 +102,16 @@ class TnlpProblem : public Problem {
     Ipopt::TNLP::NumericMetaDataMapType numbers;
   };
 
-  // Each returns what is wrong, empty when nothing is.
-  [[nodiscard]] std::string load_parts();
-  [[nodiscard]] std::string load_sizes();
+  // Each throws INVALID_TNLP if something is wrong.
+  void load_sizes();
   void load_metadata();
-  [[nodiscard]] std::string load_bounds();
+  void load_bounds();
   /// Room for so many entries of a matrix, none of them set.
   void expect_entries(Index entries);
-  [[nodiscard]] std::string load_jacobian_structure();
-  [[nodiscard]] std::string load_hessian_structure();
-  [[nodiscard]] std::string load_nonlinear_variables();
-  [[nodiscard]] std::string load_players();
-  [[nodiscard]] std::string read_players(bool of_variables);
+  void load_jacobian_structure();
+  void load_hessian_structure();
+  void load_nonlinear_variables();
+  void read_players(bool of_variables);
   /// Models tell the structure call from the value call by which pointers are null, so an empty
   /// array needs an address too.
   template <class T>
