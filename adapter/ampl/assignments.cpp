@@ -82,9 +82,9 @@ int Assignments::take_integer(const std::string& name, int missing, int lower, i
   return *number;
 }
 
-bool Assignments::take_flag(const std::string& name, bool missing) {
+bool Assignments::take_flag(const std::string& name) {
   const auto given = value(name);
-  if (!given) return missing;
+  if (!given) return false;
   if (*given != "yes" && *given != "no")
     throw std::invalid_argument(name + " = " + *given + " is not one of: no yes");
   given_.erase(name);

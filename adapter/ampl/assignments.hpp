@@ -44,8 +44,8 @@ class Assignments {
   }
   /// Takes an integer in [lower, upper] out of the assignments; missing: the value when not given.
   int take_integer(const std::string& name, int missing, int lower, int upper);
-  /// Takes yes or no out of the assignments.
-  bool take_flag(const std::string& name, bool missing);
+  /// Takes yes or no out of the assignments; no when not given.
+  bool take_flag(const std::string& name);
   /// Gives an option its name: what was assigned to alias was assigned to name.
   void rename(const std::string& alias, const std::string& name) {
     const auto given = given_.extract(alias);

@@ -26,10 +26,6 @@ constexpr int kRefused = 3, kNoMemory = 4;  ///< exit codes of the child
 /// What a child that waits may take, over its processor time: a machine may be busy.
 constexpr unsigned kWaitOverWork = 10;
 
-void write_text(const char* text) {
-  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
-}
-
 [[noreturn]] void run_child(unsigned seconds, const std::function<void()>& attempt) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
@@ -46,7 +42,8 @@ void write_text(const char* text) {
     code = kNoMemory;
   } catch (const std::exception& error) {
     std::fflush(nullptr);
-    write_text(error.what());
+    const char* const text = error.what();
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
     code = kRefused;
   }
   _exit(code);

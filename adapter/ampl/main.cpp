@@ -125,7 +125,7 @@ RunOptions take_run_options(Command& command) {
   assignments.rename("maxit", "max_iter");
   assignments.rename("outlev", "print_level");
   options.objective = assignments.take_integer("objno", -1, 0, 1 << 30);
-  options.halt_on_error = assignments.take_flag("halt_on_ampl_error", false);
+  options.halt_on_error = assignments.take_flag("halt_on_ampl_error");
   constexpr int kNotGiven = 16;
   const int wanted = assignments.take_integer("wantsol", kNotGiven, 0, kNotGiven - 1);
   options.write = (wanted & 1) != 0 || command.write || command.called_by_ampl;
@@ -133,19 +133,17 @@ RunOptions take_run_options(Command& command) {
   options.print_duals = (wanted & 4) != 0;
   options.print_message = (wanted & 8) == 0 && !command.called_by_ampl;  // AMPL prints it
   options.few_variables = wanted == kNotGiven && !command.called_by_ampl;
-  options.players.max_variables = assignments.take("minmax_max_variables");
-  options.players.max_constraints = assignments.take("minmax_max_constraints");
-  options.players.min_constraints = assignments.take("minmax_min_constraints");
+  options.players = {assignments.take("minmax_max_variables"),
+                     assignments.take("minmax_max_constraints"),
+                     assignments.take("minmax_min_constraints")};
   return options;
 }
 
 volatile std::sig_atomic_t stop_requested = 0;
 
-void request_stop(int) { stop_requested = 1; }
-
 void stop_on_signals() {
   struct sigaction action = {};
-  action.sa_handler = request_stop;
+  action.sa_handler = [](int) { stop_requested = 1; };
   action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;  // the second one ends it
   for (const int number : {SIGINT, SIGTERM}) {
     struct sigaction before = {};

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <sstream>
 #include <string_view>
+#include <type_traits>
 
 namespace ipminmax {
 namespace {
@@ -32,8 +33,11 @@ class Bytes {
     bytes_ += text;
     return *this;
   }
-  Bytes& add(std::int32_t value) { return raw(value); }
-  Bytes& add(double value) { return raw(value); }
+  template <class Value>
+  requires std::is_arithmetic_v<Value> Bytes& add(Value value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
   template <class Value>
   Bytes& add(const std::vector<Value>& values) {
     for (const Value& value : values) add(value);
@@ -47,11 +51,6 @@ class Bytes {
   }
 
  private:
-  template <class Value>
-  Bytes& raw(Value value) {
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-    return *this;
-  }
   std::string bytes_;
 };
 

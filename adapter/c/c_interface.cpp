@@ -179,15 +179,13 @@ IpminmaxReturnStatus stop(Problem& problem, Status status, std::string message) 
                                          : IPMINMAX_INVALID_PROBLEM_DEFINITION;
 }
 
-enum class Call : std::uint8_t { Solve, Again, OverRanks };
+/// How the application solves.
+using Call = Ipopt::ApplicationReturnStatus (MinMaxApplication::*)(const SmartPtr<Ipopt::TNLP>&);
 
 /// Solves from the model's start, options read.
 IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
   MinMaxApplication& application = *problem.application;
-  const SmartPtr<Ipopt::TNLP> model = GetRawPtr(problem.model);
-  const auto status = call == Call::Again       ? application.ReOptimizeTNLP(model)
-                      : call == Call::OverRanks ? application.OptimizeTNLPOverRanks(model)
-                                                : application.OptimizeTNLP(model);
+  const auto status = (application.*call)(GetRawPtr(problem.model));
   const Result& result = application.LastResult();
   problem.status = ipminmax::name_of(result.status);
   say(&problem, result.message);
@@ -201,7 +199,7 @@ IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
 }
 
 IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data, Call call) {
-  const bool again = call == Call::Again;
+  const bool again = call == &MinMaxApplication::ReOptimizeTNLP;
   CallbackTNLP& model = *problem.model;
   const CallbackDefinition& d = model.definition;
   if (again && !problem.answered) {
@@ -373,21 +371,21 @@ IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double* x, double* g
                                    double* mult_g, double* mult_x_L, double* mult_x_U,
                                    void* user_data) {
   return solve_guarded(problem, {{x, mult_x_L, mult_x_U, g, mult_g}, obj_val}, user_data,
-                       Call::Solve);
+                       &MinMaxApplication::OptimizeTNLP);
 }
 
 IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double* x, double* g,
                                         double* obj_val, double* mult_g, double* mult_x_L,
                                         double* mult_x_U, void* user_data) {
   return solve_guarded(problem, {{x, mult_x_L, mult_x_U, g, mult_g}, obj_val}, user_data,
-                       Call::Again);
+                       &MinMaxApplication::ReOptimizeTNLP);
 }
 
 IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double* x, double* g,
                                             double* obj_val, double* mult_g, double* mult_x_L,
                                             double* mult_x_U, void* user_data) {
   return solve_guarded(problem, {{x, mult_x_L, mult_x_U, g, mult_g}, obj_val}, user_data,
-                       Call::OverRanks);
+                       &MinMaxApplication::OptimizeTNLPOverRanks);
 }
 
 const char* IpminmaxStatusName(IpminmaxProblem problem) {

@@ -40,15 +40,8 @@ constexpr std::size_t kFirstStatistics =
     offsetof(IpminmaxStatistics, objective_scale) + sizeof(double);
 constexpr std::size_t kFirstWorstCase = offsetof(IpminmaxWorstCase, stated_concave) + sizeof(int);
 
-/// A structure of the caller's.
-template <class Structure>
-struct Target {
-  Structure* structure;
-  std::size_t size;
-};
-
 /// Fills the caller's structure and array.
-void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> target,
+void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase* target, std::size_t size,
            double* worst_x) {
   IpminmaxWorstCase to{};
   to.starts = from.starts;
@@ -60,7 +53,7 @@ void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> ta
   to.unbounded = from.unbounded;
   to.single_branch = from.single_branch;
   to.stated_concave = from.stated_concave;
-  write_sized(&to, sizeof to, target.structure, target.size);
+  write_sized(&to, sizeof to, target, size);
   problem.branches = from.branches;
   copy_to(worst_x, from.v);
 }
@@ -195,7 +188,7 @@ int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double* x, int st
     ask_at(*problem, x, user_data, [&](auto& application, auto* model, auto& v) {
       WorstCaseCheck check;
       const std::string error = application.CheckWorstCase(model, v, starts, check);
-      if (error.empty()) write(*problem, check.found, {worst_case, size}, worst_x);
+      if (error.empty()) write(*problem, check.found, worst_case, size, worst_x);
       return error;
     });
   });
@@ -223,7 +216,7 @@ int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase* worst_
                               double* worst_x) {
   return guarded(problem, [&] {
     require_answer(*problem, worst_case);
-    write(*problem, problem->application->LastResult().worst_case, {worst_case, size}, worst_x);
+    write(*problem, problem->application->LastResult().worst_case, worst_case, size, worst_x);
   });
 }
 

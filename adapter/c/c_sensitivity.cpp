@@ -44,11 +44,10 @@ template <class Action>
 int along_bounds(Problem* problem, const BoundArrays& by, Action action) {
   return guarded(problem, [&] {
     const CallbackDefinition& d = problem->model->definition;
-    BoundChange change;
-    change.variable_lower = read_array(by.x_L, d.n, "dx_L", true);
-    change.variable_upper = read_array(by.x_U, d.n, "dx_U", true);
-    change.constraint_lower = read_array(by.g_L, d.m, "dg_L", true);
-    change.constraint_upper = read_array(by.g_U, d.m, "dg_U", true);
+    const BoundChange change{.variable_lower = read_array(by.x_L, d.n, "dx_L", true),
+                             .variable_upper = read_array(by.x_U, d.n, "dx_U", true),
+                             .constraint_lower = read_array(by.g_L, d.m, "dg_L", true),
+                             .constraint_upper = read_array(by.g_U, d.m, "dg_U", true)};
     with_sensitivity(*problem, [&](Sensitivity& of) { action(of, change); });
   });
 }

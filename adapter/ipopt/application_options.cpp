@@ -122,7 +122,7 @@ std::string set_option(const std::string& name, const std::string& text,
     }
     done = is_set_to(text, name, list) || list.SetStringValue(name, text, allow_clobber);
   }
-  return done ? std::string() : setting + " was refused";
+  return done ? "" : setting + " was refused";
 }
 
 namespace {
@@ -130,31 +130,26 @@ namespace {
 // --- Typed values --------------------------------------------------------------------------------
 
 void copy_option(const OptionInfo& info, const OptionsList& list, SolverOptions& options) {
-  const std::string name(info.name);
   if (const auto* choice = std::get_if<Choice>(&info.kind)) {
     Index i = 0;
-    if (list.GetEnumValue(name, i, "") && at(i) < choice->names.size())
+    if (list.GetEnumValue(std::string(info.name), i, "") && at(i) < choice->names.size())
       choice->set(options, at(i));  // others: Ipopt's solvers
     return;
   }
   std::visit(
       [&](const auto& kind) {
         if constexpr (requires { options.*kind.member; })
-          read_option(list, name, options.*kind.member);
+          read_option(list, info.name, options.*kind.member);
       },
       info.kind);
 }
 
-/// They are accepted and mean auto.
-void add_ipopt_only_linear_solvers(OptionInfo& info) {
-  auto& choice = std::get<Choice>(info.kind);
-  const auto others = ipopt_only_linear_solvers();
-  choice.names.insert(choice.names.end(), others.begin(), others.end());
-  choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
-}
-
 void register_row(RegisteredOptions& registry, OptionInfo info) {
-  if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
+  if (info.name == "linear_solver") {
+    auto& choice = std::get<Choice>(info.kind);
+    std::ranges::copy(ipopt_only_linear_solvers(), std::back_inserter(choice.names));
+    choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
+  }
   register_option(registry, info);
 }
 
@@ -288,8 +283,8 @@ Rows other_rows() {
 
 const std::vector<OptionInfo>& application_option_table() {
   static const Rows table = [] {
-    Rows all = output_rows();
-    for (const auto rows : {player_rows, other_rows})
+    Rows all;
+    for (const auto rows : {output_rows, player_rows, other_rows})
       std::ranges::move(rows(), std::back_inserter(all));
     return all;
   }();
@@ -320,9 +315,8 @@ std::string solver_options(const OptionsList& list, SolverOptions& options) {
     bool is_as_printed = false;
     read_option(list, "minmax_as_printed", is_as_printed);
     if (is_as_printed) options = as_printed(options);
-    const MayBeSet may_be_set(list);
     for (const OptionInfo& info : option_table()) {
-      if (may_be_set(info.name)) copy_option(info, list, options);
+      if (may_be_set(list, info.name)) copy_option(info, list, options);
     }
   } catch (const Ipopt::OPTION_INVALID& error) {
     return error.Message();

@@ -415,23 +415,20 @@ std::string minmax_report(const CrossCheck& check) {
 struct VerdictText {
   std::string_view name, words;
 };
-constexpr std::array kVerdicts{
-    VerdictText{"not compared", "nothing to compare"},
-    VerdictText{"same solution", "both solvers find the same solution"},
-    VerdictText{"same objective", "both solvers find the same objective, at different points"},
-    VerdictText{"Ipminmax better", "both solvers succeed, Ipminmax with the better objective"},
-    VerdictText{"Ipopt better", "both solvers succeed, Ipopt with the better objective"},
-    VerdictText{"only Ipminmax solved", "only Ipminmax succeeds"},
-    VerdictText{"only Ipopt solved", "only Ipopt succeeds"},
-    VerdictText{"neither solved", "neither solver succeeds"},
-    VerdictText{"Ipopt refuted",
-                "Ipopt reports success at a point that the second-order test refutes"},
-    VerdictText{
-        "maximum confirmed",
-        "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)"},
-    VerdictText{"maximum refuted",
-                "Ipopt finds a better y near y*: the point is not a local minmax"},
-};
+constexpr auto kVerdicts = std::to_array<VerdictText>({
+    {"not compared", "nothing to compare"},
+    {"same solution", "both solvers find the same solution"},
+    {"same objective", "both solvers find the same objective, at different points"},
+    {"Ipminmax better", "both solvers succeed, Ipminmax with the better objective"},
+    {"Ipopt better", "both solvers succeed, Ipopt with the better objective"},
+    {"only Ipminmax solved", "only Ipminmax succeeds"},
+    {"only Ipopt solved", "only Ipopt succeeds"},
+    {"neither solved", "neither solver succeeds"},
+    {"Ipopt refuted", "Ipopt reports success at a point that the second-order test refutes"},
+    {"maximum confirmed",
+     "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)"},
+    {"maximum refuted", "Ipopt finds a better y near y*: the point is not a local minmax"},
+});
 VerdictText text_of(CrossCheckVerdict verdict) {
   const auto at = static_cast<std::size_t>(verdict);
   return at < kVerdicts.size() ? kVerdicts[at] : VerdictText{"unknown", "unknown"};

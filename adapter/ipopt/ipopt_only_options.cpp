@@ -115,10 +115,9 @@ std::optional<std::string_view> find_advice(const std::vector<IpoptOptionAdvice>
 
 /// Those that only Ipopt has and that were set to another value than its default, by name.
 std::vector<std::pair<std::string_view, std::string>> changed_options(const OptionsList& list) {
-  const MayBeSet may_be_set(list);
   std::vector<std::pair<std::string_view, std::string>> changed;
   for (const OptionInfo& option : ipopt_only_options()) {
-    if (!may_be_set(option.name)) continue;
+    if (!may_be_set(list, option.name)) continue;
     const auto value = value_of(option, list);
     if (value && *value != default_of(option)) changed.emplace_back(option.name, *value);
   }

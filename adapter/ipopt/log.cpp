@@ -271,9 +271,6 @@ std::string start_row(Index start, const Result& result) {
                 name_of(result.status), "\n");
 }
 
-StartsProgress::StartsProgress(Index starts, bool larger_is_better)
-    : starts_(starts), larger_is_better_(larger_is_better) {}
-
 void StartsProgress::add(const Result& result) {
   ++done_;
   starts_ = std::max(starts_, done_);  // branches of y found on the way are starts, too

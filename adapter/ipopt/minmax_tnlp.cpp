@@ -56,15 +56,6 @@ SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Inde
   if (IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");
 }
 
-bool ModelByRows::eval_rows_of(Ipopt::TNLP& model, Index n, const double* x, bool new_x,
-                               Index count, const Index* rows, Index m, double* g, Index nele_jac,
-                               double* values) {
-  if (auto* by_rows = dynamic_cast<ModelByRows*>(&model))
-    return by_rows->eval_rows(n, x, new_x, count, rows, m, g, nele_jac, values);
-  return g != nullptr ? model.eval_g(n, x, new_x, m, g)
-                      : model.eval_jac_g(n, x, new_x, m, nele_jac, nullptr, nullptr, values);
-}
-
 bool SplitTNLP::get_variable_players(Index n, Player* players) {
   give({"max_variables", "variable", max_variables_, Player::Max}, n, first_place_, players);
   return true;

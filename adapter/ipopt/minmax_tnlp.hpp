@@ -111,7 +111,12 @@ class ModelByRows {
   /// Calls eval_rows if the model is a ModelByRows, else eval_g or eval_jac_g for all rows.
   [[nodiscard]] static bool eval_rows_of(Ipopt::TNLP& model, Index n, const double* x, bool new_x,
                                          Index count, const Index* rows, Index m, double* g,
-                                         Index nele_jac, double* values);
+                                         Index nele_jac, double* values) {
+    if (auto* by_rows = dynamic_cast<ModelByRows*>(&model))
+      return by_rows->eval_rows(n, x, new_x, count, rows, m, g, nele_jac, values);
+    return g != nullptr ? model.eval_g(n, x, new_x, m, g)
+                        : model.eval_jac_g(n, x, new_x, m, nele_jac, nullptr, nullptr, values);
+  }
 };
 
 /// Gives variables and constraints of an unmodified Ipopt model to Max, and passes every call on to

@@ -98,11 +98,9 @@ void register_option(RegisteredOptions& registry, const OptionInfo& info) {
 }
 
 std::string type_of(const OptionInfo& info) {
-  return std::visit(
-      Kinds{[](const Number&) { return "number"; }, [](const Integer&) { return "integer"; },
-            [](const Flag&) { return "yes/no"; }, [](const Choice&) { return "choice"; },
-            [](const Name&) { return "name"; }},
-      info.kind);
+  constexpr std::array kTypes = {"number", "integer", "yes/no", "choice", "name"};
+  static_assert(kTypes.size() == std::variant_size_v<decltype(info.kind)>);
+  return kTypes[info.kind.index()];
 }
 
 std::string range_of(const OptionInfo& info) {

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <iterator>
+#include <sstream>
 #include <string_view>
+#include <utility>
 #include <variant>
 
 #include "adapter/ipopt/application_options.hpp"
@@ -17,19 +19,14 @@ namespace {
 /// text in lines of at most 80 columns, each after the indentation.
 std::string wrapped(std::string_view text, std::size_t indentation) {
   const std::string indent(indentation, ' ');
-  std::string result;
-  std::string line;
-  while (!text.empty()) {
-    const std::size_t blank = std::min(text.find(' '), text.size());
-    const std::string word(text.substr(0, blank));
-    text.remove_prefix(std::min(blank + 1, text.size()));
-    if (!line.empty() && indentation + line.size() + 1 + word.size() > 80) {
-      result += indent + line + "\n";
-      line.clear();
-    }
+  std::string result, line;
+  std::istringstream words{std::string(text)};
+  for (std::string word; words >> word;) {
+    if (!line.empty() && indentation + line.size() + 1 + word.size() > 80)
+      result += concat(indent, std::exchange(line, {}), "\n");
     line += (line.empty() ? "" : " ") + word;
   }
-  return result + indent + line + "\n";
+  return concat(result, indent, line, "\n");
 }
 
 }  // namespace

@@ -111,8 +111,8 @@ std::string apply_player_option(std::string_view option, std::string_view list,
                                 const ListedItems& items, const StatedPlayers& stated,
                                 std::vector<Player>& players) {
   std::vector<Index> indices;
-  std::string error = read_index_list(list, items, indices);
-  if (!error.empty()) return concat("option ", option, ": ", error);
+  if (const auto error = read_index_list(list, items, indices); !error.empty())
+    return concat("option ", option, ": ", error);
   if (indices.empty()) return {};
   std::vector<Player> listed = stated.implied;
   for (const Index i : indices) listed[at(i)] = Player::Max;

@@ -34,19 +34,6 @@ class FactorizationCounter : public Ipopt::Journal {
 
 }  // namespace
 
-bool ProblemTnlp::get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index,
-                                         double* x_scaling, bool& use_g_scaling, Index,
-                                         double* g_scaling) {
-  UserScaling scaling;
-  if (!problem_.user_scaling(scaling)) return false;
-  obj_scaling = scaling.objective;
-  use_x_scaling = !scaling.variables.empty();
-  use_g_scaling = !scaling.constraints.empty();
-  std::ranges::copy(scaling.variables, x_scaling);
-  std::ranges::copy(scaling.constraints, g_scaling);
-  return true;
-}
-
 void ProblemTnlp::finalize_solution(Ipopt::SolverReturn, Index n, const double* x,
                                     const double* z_L, const double* z_U, Index m, const double* g,
                                     const double* lambda, double obj_value, const Ipopt::IpoptData*,

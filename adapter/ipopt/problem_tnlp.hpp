@@ -72,8 +72,17 @@ class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes, public ModelByRow
     std::ranges::copy(structure.constraint_upper, g_u);
     return true;
   }
-  bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index n, double* x_scaling,
-                              bool& use_g_scaling, Index m, double* g_scaling) override;
+  bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index, double* x_scaling,
+                              bool& use_g_scaling, Index, double* g_scaling) override {
+    UserScaling scaling;
+    if (!problem_.user_scaling(scaling)) return false;
+    obj_scaling = scaling.objective;
+    use_x_scaling = !scaling.variables.empty();
+    use_g_scaling = !scaling.constraints.empty();
+    std::ranges::copy(scaling.variables, x_scaling);
+    std::ranges::copy(scaling.constraints, g_scaling);
+    return true;
+  }
   bool get_starting_point(Index n, bool, double* x, bool init_z, double* z_L, double* z_U, Index m,
                           bool init_lambda, double* lambda) override {
     std::fill_n(x, n, 0.0);

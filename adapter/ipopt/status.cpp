@@ -13,7 +13,7 @@ struct IpoptStatus {
   std::string_view name;
 };
 
-constexpr auto ipopt_statuses() {
+constexpr auto kIpoptStatuses = [] {
   using enum Ipopt::ApplicationReturnStatus;
   using enum Ipopt::SolverReturn;
   return std::to_array<IpoptStatus>({
@@ -42,9 +42,7 @@ constexpr auto ipopt_statuses() {
         {Insufficient_Memory, OUT_OF_MEMORY, "Insufficient_Memory"},
         {Internal_Error, INTERNAL_ERROR, "Internal_Error"},
   });
-}
-
-constexpr std::array kIpoptStatuses = ipopt_statuses();
+}();
 
 }  // namespace
 

@@ -227,14 +227,14 @@ void TnlpProblem::read_players(bool of_variables) {
 bool TnlpProblem::starting_point(StartingPoint& start) {
   const bool warm = start.needs_multipliers;
   // What is not asked for still gets an array, as from Ipopt.
-  unread_z_lower_.assign(warm ? 0 : at(n_), 0.0);
-  unread_z_upper_.assign(warm ? 0 : at(n_), 0.0);
-  unread_lambda_.assign(warm ? 0 : at(m_), 0.0);
-  double* z_lower = warm ? address(start.z_lower) : address(unread_z_lower_);
-  double* z_upper = warm ? address(start.z_upper) : address(unread_z_upper_);
-  double* lambda = warm ? address(start.lambda) : address(unread_lambda_);
-  if (!model_->get_starting_point(n_, true, address(start.v), warm, z_lower, z_upper, m_, warm,
-                                  lambda)) {
+  const auto room = [&](std::span<double> asked, std::vector<double>& unread, Index size) {
+    unread.assign(warm ? 0 : at(size), 0.0);
+    return warm ? address(asked) : address(unread);
+  };
+  if (!model_->get_starting_point(n_, true, address(start.v), warm,
+                                  room(start.z_lower, unread_z_lower_, n_),
+                                  room(start.z_upper, unread_z_upper_, n_), m_, warm,
+                                  room(start.lambda, unread_lambda_, m_))) {
     return false;
   }
   start_.assign(start.v.begin(), start.v.end());
