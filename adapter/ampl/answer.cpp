@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/log.hpp"
 #include "adapter/ipopt/status.hpp"
 #include "adapter/ipopt/tnlp_problem.hpp"
@@ -72,17 +73,18 @@ IpoptEnd ipopt_end(Status status) {
 /// Statuses that core names from the side of the minimizer of -f, in the words of a model that
 /// maximizes f.
 std::string status_text(Status status, bool maximizes, bool game) {
+  using enum Status;
   if (maximizes) {
-    if (status == Status::OuterUnbounded) return "maximization looks unbounded";
-    if (status == Status::InnerUnbounded) return "minimization looks unbounded";
-    if (status == Status::InnerInfeasible) return "minimizer's constraints cannot be met";
-    if (status == Status::NotLocalMinmax)
+    if (status == OuterUnbounded) return "maximization looks unbounded";
+    if (status == InnerUnbounded) return "minimization looks unbounded";
+    if (status == InnerInfeasible) return "minimizer's constraints cannot be met";
+    if (status == NotLocalMinmax)
       return game ? "first-order point, not a local maxmin" : "first-order point, not a maximum";
-    if (status == Status::NoLocalMinmaxFound)
+    if (status == NoLocalMinmaxFound)
       return game ? "no local maxmin found" : "no local maximum found";
   } else if (!game) {
-    if (status == Status::NotLocalMinmax) return "first-order point, not a minimum";
-    if (status == Status::NoLocalMinmaxFound) return "no local minimum found";
+    if (status == NotLocalMinmax) return "first-order point, not a minimum";
+    if (status == NoLocalMinmaxFound) return "no local minimum found";
   }
   return std::string(name_of(status));
 }
@@ -206,34 +208,35 @@ int detailed_result(const Result& result) {
 std::string message_of(const Result& result, NlProblem& problem) {
   std::ostringstream message;
   const bool game = problem.has_player(Player::Max) && problem.has_player(Player::Min);
+  const bool maximizes = problem.maximizes();
   const auto spoken = [&](const std::string& text) {
-    return problem.maximizes() ? mirrored(text, problem) : text;
+    return maximizes ? mirrored(text, problem) : text;
   };
   message << "Ipminmax " IPMINMAX_VERSION ": " << ipopt_end(result.status).words << ": ";
-  const std::string status = status_text(result.status, problem.maximizes(), game);
+  const std::string status = status_text(result.status, maximizes, game);
   const auto [why, point, over_y, over_x] = statements(result);
   const std::string first = why.substr(0, why.find('\n'));
   if (result.certificate.kind == PointKind::LocalMinmax) {
-    message << "certified local " << name_of_optimum(problem.maximizes(), problem);
+    message << "certified local " << name_of_optimum(maximizes, problem);
     if (result.status != Status::Solved) message << ", " << status;
   } else {
     message << status;
   }
   const std::string_view name = name_of(result.status);
-  if (first.starts_with(std::string(name) + ": "))
+  if (first.starts_with(concat(name, ": ")))
     message << " (" << spoken(first.substr(name.size() + 2)) << ")";
   else if (first != name)
     message << " (" << spoken(first) << ")";
   if (!problem.has_player(Player::Max) && split_warning(problem).empty())
-    message << (problem.maximizes() ? "; no Min variable: a maximization"
-                                    : "; no Max variable: a minimization")
+    message << (maximizes ? "; no Min variable: a maximization"
+                          : "; no Max variable: a minimization")
             << " (neither suffix player nor minmax_max_variables names one; Pyomo: "
                "Suffix(direction=Suffix.EXPORT))";
   message << spoken(why.substr(first.size()));
   if (!result.v.empty() || problem.players().empty()) {
     message << std::setprecision(10) << "\nobjective "
-            << (problem.maximizes() ? -result.objective : result.objective) << ", "
-            << result.iterations << " iterations; ";
+            << (maximizes ? -result.objective : result.objective) << ", " << result.iterations
+            << " iterations; ";
     if (result.certificate.second_order == SecondOrder::NotTested) {
       message << "no second-order test was made";
     } else {
@@ -242,14 +245,13 @@ std::string message_of(const Result& result, NlProblem& problem) {
     }
   }
   constexpr std::size_t kMostReasons = 5;
-  const auto& reasons = result.certificate.reasons;
-  for (std::size_t k = 0; k < std::min(kMostReasons, reasons.size()); ++k) {
-    message << "\nreason: " << spoken(reasons[k].text);
-  }
+  std::size_t shown = 0;
+  for (const CertificateReason& reason : result.certificate.reasons)
+    if (shown++ < kMostReasons) message << "\nreason: " << spoken(reason.text);
   print_worst_cases(message, result.worst_cases, problem);
   if (game) {
-    message << "\nover all " << (problem.maximizes() ? "y, of the negative objective: " : "y: ")
-            << over_y << "\nover x: " << over_x;
+    message << "\nover all " << (maximizes ? "y, of the negative objective: " : "y: ") << over_y
+            << "\nover x: " << over_x;
   }
   for (const std::string& warning : {integer_warning(problem), split_warning(problem)})
     if (!warning.empty()) message << "\nWARNING: " << warning;
@@ -258,19 +260,14 @@ std::string message_of(const Result& result, NlProblem& problem) {
 
 std::string one_line(const std::string& message) {
   std::string text = " \n";  // Ipopt's begins with an empty line
-  for (const char c : message) {
-    if (c == '\n')
-      text += "; ";
-    else
-      text += c;
-  }
+  for (const char c : message) text += c == '\n' ? "; " : std::string(1, c);
   return text;
 }
 
 std::string integer_warning(const NlProblem& problem) {
   const std::string name = problem.integer_variable();
   if (name.empty()) return {};
-  return "variable " + name + " is integer: integer variables are treated as continuous.";
+  return concat("variable ", name, " is integer: integer variables are treated as continuous.");
 }
 
 std::string split_warning(const NlProblem& problem) {
@@ -278,18 +275,15 @@ std::string split_warning(const NlProblem& problem) {
   if ((has_min && has_max) || problem.players().empty()) return {};
   const char* const cause =
       " Was a variable eliminated before the model was written (Pyomo: linear_presolve=False)?";
-  const auto plain = [&](bool maximization) {
-    return std::string("this is a plain ") + (maximization ? "maximization." : "minimization.");
-  };
+  const char* const plain = problem.maximizes() == has_min ? ": this is a plain maximization."
+                                                           : ": this is a plain minimization.";
   if (!has_min)
-    return "all variables have player 1, none is left for player 0: " +
-           plain(!problem.maximizes()) + cause;
+    return concat("all variables have player 1, none is left for player 0", plain, cause);
   if (const std::string name = problem.misspelt_suffix(); !name.empty())
-    return "the variables have a suffix " + name +
-           ", but none player: " + plain(problem.maximizes()) + " Did you mean player?";
+    return concat("the variables have a suffix ", name, ", but none player", plain,
+                  " Did you mean player?");
   if (problem.has_player_suffix())
-    return "there is a suffix player, but no variable has player 1: " + plain(problem.maximizes()) +
-           cause;
+    return concat("there is a suffix player, but no variable has player 1", plain, cause);
   return {};
 }
 

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "core/result.hpp"
-#include "core/robust.hpp"
 #include "nl_problem.hpp"
 
 namespace ipminmax {

@@ -1,8 +1,6 @@
 #include "assignments.hpp"
 
-#include <cctype>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +10,7 @@
 #include <IpJournalist.hpp>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 
 namespace ipminmax {
@@ -19,14 +18,7 @@ namespace {
 
 /// Whether two texts are the same value.
 bool same_value(const std::string& a, const std::string& b) {
-  const auto number = [](const std::string& text) -> std::optional<double> {
-    double value = 0.0;
-    const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc{} || stop != end) return std::nullopt;
-    return value;
-  };
-  return a == b || (number(a) && number(a) == number(b));
+  return a == b || (parse_number(a) && parse_number(a) == parse_number(b));
 }
 
 }  // namespace
@@ -44,35 +36,27 @@ void Assignments::add_argument(const std::string& text) {
 }
 
 void Assignments::add_environment(const std::string& text) {
+  const std::string blanks = " \t\n\v\f\r";
   std::size_t at = 0;
-  const auto skip_blanks = [&] {
-    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
-  };
-  const auto word = [&](bool is_name) {
-    const std::size_t begin = at;
-    const char quote = !is_name && at < text.size() ? text[at] : '\0';
-    if (quote == '"' || quote == '\'') {
-      const std::size_t end = text.find(quote, begin + 1);
-      if (end == std::string::npos)
-        throw std::invalid_argument(std::string(kEnvironment) + ": a quotation never ends");
-      at = end + 1;
-      return text.substr(begin + 1, end - begin - 1);
-    }
-    while (at < text.size() && !std::isspace(static_cast<unsigned char>(text[at])) &&
-           !(is_name && text[at] == '=')) {
-      ++at;
-    }
+  const auto skip_blanks = [&] { at = std::min(text.find_first_not_of(blanks, at), text.size()); };
+  const auto word = [&](const std::string& ends) {
+    const std::size_t begin =
+        std::exchange(at, std::min(text.find_first_of(ends, at), text.size()));
     return text.substr(begin, at - begin);
   };
   for (skip_blanks(); at < text.size(); skip_blanks()) {
-    const std::string name = word(true);
+    const std::string name = word(blanks + "=");
     skip_blanks();
     if (at < text.size() && text[at] == '=') ++at;
     skip_blanks();
     if (name.empty() || at == text.size())
-      throw std::invalid_argument(std::string(kEnvironment) + ": option \"" + name +
-                                  "\" has no value");
-    add(name, word(false), Source::Environment);
+      throw std::invalid_argument(concat(kEnvironment, ": option \"", name, "\" has no value"));
+    const char quote = text[at];
+    const bool quoted = quote == '"' || quote == '\'';
+    if (quoted && text.find(quote, ++at) == std::string::npos)
+      throw std::invalid_argument(concat(kEnvironment, ": a quotation never ends"));
+    add(name, word(quoted ? std::string(1, quote) : blanks), Source::Environment);
+    if (quoted) ++at;
   }
 }
 
@@ -90,19 +74,17 @@ void Assignments::report_overridden(std::ostream& out) const {
 int Assignments::take_integer(const std::string& name, int missing, int lower, int upper) {
   const auto given = value(name);
   if (!given) return missing;
-  int number = 0;
-  const char* end = given->data() + given->size();
-  const auto [stop, error] = std::from_chars(given->data(), end, number);
-  if (error != std::errc{} || stop != end || number < lower || number > upper)
-    throw std::invalid_argument(name + " = " + *given + " is not an integer in [" +
-                                std::to_string(lower) + ", " + std::to_string(upper) + "]");
+  const auto number = parse_integer(*given);
+  if (!number || *number < lower || *number > upper)
+    throw std::invalid_argument(
+        concat(name, " = ", *given, " is not an integer in [", lower, ", ", upper, "]"));
   given_.erase(name);
-  return number;
+  return *number;
 }
 
-bool Assignments::take_flag(const std::string& name, bool missing) {
+bool Assignments::take_flag(const std::string& name) {
   const auto given = value(name);
-  if (!given) return missing;
+  if (!given) return false;
   if (*given != "yes" && *given != "no")
     throw std::invalid_argument(name + " = " + *given + " is not one of: no yes");
   given_.erase(name);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <iosfwd>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -43,16 +44,12 @@ class Assignments {
   }
   /// Takes an integer in [lower, upper] out of the assignments; missing: the value when not given.
   int take_integer(const std::string& name, int missing, int lower, int upper);
-  /// Takes yes or no out of the assignments.
-  bool take_flag(const std::string& name, bool missing);
+  /// Takes yes or no out of the assignments; no when not given.
+  bool take_flag(const std::string& name);
   /// Gives an option its name: what was assigned to alias was assigned to name.
   void rename(const std::string& alias, const std::string& name) {
-    const auto found = given_.find(alias);
-    if (found == given_.end()) return;
-    std::vector<Given> moved = std::move(found->second);
-    given_.erase(found);
-    std::vector<Given>& all = given_[name];
-    all.insert(all.end(), moved.begin(), moved.end());
+    const auto given = given_.extract(alias);
+    if (!given.empty()) std::ranges::move(given.mapped(), std::back_inserter(given_[name]));
   }
 
   /// Says which values are overridden by another one.
@@ -72,9 +69,8 @@ class Assignments {
     std::string value;
   };
   static const Given& winner(const std::vector<Given>& all) {
-    return *std::max_element(  // the last of the highest
-        all.rbegin(), all.rend(),
-        [](const Given& a, const Given& b) { return a.source < b.source; });
+    // The last of the highest.
+    return *std::ranges::max_element(all.rbegin(), all.rend(), {}, &Given::source);
   }
   [[nodiscard]] std::string place(Source source) const {
     if (source == Source::File) return file_;

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/output_file.hpp"
 
 namespace ipminmax {
@@ -41,20 +42,14 @@ std::filesystem::path resolved(std::filesystem::path file) {
 
 void write_file(const std::string& file, const std::string& content) {
   struct stat status;
-  if (stat(file.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
-    const int descriptor = open_to_write(file, 0);
-    const int error = descriptor < 0 ? errno : write_and_close(descriptor, content);
-    if (error != 0) throw std::runtime_error(cannot_write(file, error));
-    return;
-  }
+  const bool is_device = stat(file.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
   const std::string target = resolved(file).string();
-  const std::string temporary = target + "." + std::to_string(getpid()) + ".tmp";
-  const int descriptor = open_to_write(temporary, O_CREAT | O_TRUNC | O_NOFOLLOW);
-  if (descriptor < 0) throw std::runtime_error(cannot_write(file, errno));
-  int error = write_and_close(descriptor, content);
-  if (error == 0 && std::rename(temporary.c_str(), target.c_str()) != 0) error = errno;
+  const std::string written = is_device ? file : concat(target, ".", getpid(), ".tmp");
+  const int descriptor = open_to_write(written, is_device ? 0 : O_CREAT | O_TRUNC | O_NOFOLLOW);
+  int error = descriptor < 0 ? errno : write_and_close(descriptor, content);
+  if (error == 0 && !is_device && std::rename(written.c_str(), target.c_str()) != 0) error = errno;
   if (error == 0) return;
-  unlink(temporary.c_str());
+  if (descriptor >= 0 && !is_device) unlink(written.c_str());
   throw std::runtime_error(cannot_write(file, error));
 }
 

@@ -17,16 +17,14 @@
 #include <new>
 #include <stdexcept>
 
+#include "adapter/ipopt/concat.hpp"
+
 namespace ipminmax {
 namespace {
 
 constexpr int kRefused = 3, kNoMemory = 4;  ///< exit codes of the child
 /// What a child that waits may take, over its processor time: a machine may be busy.
 constexpr unsigned kWaitOverWork = 10;
-
-void write_text(const char* text) {
-  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
-}
 
 [[noreturn]] void run_child(unsigned seconds, const std::function<void()>& attempt) {
   const rlimit no_core{0, 0};
@@ -44,7 +42,8 @@ void write_text(const char* text) {
     code = kNoMemory;
   } catch (const std::exception& error) {
     std::fflush(nullptr);
-    write_text(error.what());
+    const char* const text = error.what();
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
     code = kRefused;
   }
   _exit(code);
@@ -76,12 +75,12 @@ void judge_end(int status, const std::string& file, unsigned seconds, const std:
   if (!WIFSIGNALED(status)) {
     reason = "AMPL's library refuses it";
   } else if (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM) {
-    reason = "no end after " + std::to_string(seconds) + " seconds";
+    reason = concat("no end after ", seconds, " seconds");
   } else if (WTERMSIG(status) == SIGKILL) {
     reason = "the process that read it was killed, perhaps for lack of memory";
   } else {
-    reason = "AMPL's library crashes on it (signal " + std::to_string(WTERMSIG(status)) +
-             "); where formulas are nested deeply, a larger stack helps (ulimit -s)";
+    reason = concat("AMPL's library crashes on it (signal ", WTERMSIG(status),
+                    "); where formulas are nested deeply, a larger stack helps (ulimit -s)");
   }
   throw std::runtime_error("cannot read " + file + ": " + reason +
                            (text.empty() ? "" : "; it said:\n" + text));

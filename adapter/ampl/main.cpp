@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,6 +21,8 @@
 #include <IpoptConfig.h>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
+#include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/ipopt/options_documentation.hpp"
 #include "adapter/ipopt/output_file.hpp"
@@ -123,7 +126,7 @@ RunOptions take_run_options(Command& command) {
   assignments.rename("maxit", "max_iter");
   assignments.rename("outlev", "print_level");
   options.objective = assignments.take_integer("objno", -1, 0, 1 << 30);
-  options.halt_on_error = assignments.take_flag("halt_on_ampl_error", false);
+  options.halt_on_error = assignments.take_flag("halt_on_ampl_error");
   constexpr int kNotGiven = 16;
   const int wanted = assignments.take_integer("wantsol", kNotGiven, 0, kNotGiven - 1);
   options.write = (wanted & 1) != 0 || command.write || command.called_by_ampl;
@@ -131,19 +134,17 @@ RunOptions take_run_options(Command& command) {
   options.print_duals = (wanted & 4) != 0;
   options.print_message = (wanted & 8) == 0 && !command.called_by_ampl;  // AMPL prints it
   options.few_variables = wanted == kNotGiven && !command.called_by_ampl;
-  options.players.max_variables = assignments.take("minmax_max_variables");
-  options.players.max_constraints = assignments.take("minmax_max_constraints");
-  options.players.min_constraints = assignments.take("minmax_min_constraints");
+  options.players = {assignments.take("minmax_max_variables"),
+                     assignments.take("minmax_max_constraints"),
+                     assignments.take("minmax_min_constraints")};
   return options;
 }
 
 volatile std::sig_atomic_t stop_requested = 0;
 
-void request_stop(int) { stop_requested = 1; }
-
 void stop_on_signals() {
   struct sigaction action = {};
-  action.sa_handler = request_stop;
+  action.sa_handler = [](int) { stop_requested = 1; };
   action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;  // the second one ends it
   for (const int number : {SIGINT, SIGTERM}) {
     struct sigaction before = {};
@@ -160,10 +161,10 @@ void require_none(const std::string& error) {
 /// its name and sets its level.
 SmartPtr<OutputFile> open_log(MinMaxApplication& application) {
   std::string file;
-  application.Options()->GetStringValue("output_file", file, "");
+  read_option(*application.Options(), "output_file", file);
   if (file.empty() || file == "stdout" || file == "stderr") return nullptr;
   bool append = false;
-  application.Options()->GetBoolValue("file_append", append, "");
+  read_option(*application.Options(), "file_append", append);
   const SmartPtr<OutputFile> log = new OutputFile("OutputFile:" + file, Ipopt::J_ITERSUMMARY);
   require_none(log->open(file, append));
   application.Jnlst()->AddJournal(GetRawPtr(log));
@@ -200,7 +201,7 @@ void write_solution(const NlProblem& problem, const std::string& file, const std
   const bool game = problem.has_player(Player::Max);
   solution.message = game ? " \n" + message : one_line(message);
   solution.solve_result = solve_result(result);
-  solution.problem_suffix = {"minmax_result", detailed_result(result)};
+  solution.detailed_result = detailed_result(result);
   write_file(file, problem.is_binary() ? solution.binary() : solution.text());
 }
 
@@ -216,18 +217,13 @@ int launched_processes() {
                    by_srun ? number("SLURM_STEP_NUM_TASKS") : 1});
 }
 
-/// How the processes share the work.
-enum class Sharing : std::uint8_t {
-  Alone,   ///< one process, or rank 0 with workers
-  Starts,  ///< all ranks run this program
-  Silent   ///< the same, and this is not rank 0
-};
-
-Sharing find_sharing(const Assignments& assignments) {
+/// The rank of this process among those that share the starts; none: it is alone, or rank 0 with
+/// workers.
+std::optional<int> rank_of_starts(const Assignments& assignments) {
   // The linear solver finds its workers itself.
   if (launched_processes() == 1 || assignments.value("linear_solver") == "mumps_mpi")
-    return Sharing::Alone;
-  return join_ranks_for_starts().rank == 0 ? Sharing::Starts : Sharing::Silent;
+    return std::nullopt;
+  return join_ranks_for_starts().rank;
 }
 
 /// Throws where a file would be written over the model. by: what names the file.
@@ -266,8 +262,8 @@ int solve(Command command) {
     application->Options()->SetStringValue("print_ipopt_log", "yes");  // programs read it
   set_options(*application, assignments);
   stop_on_signals();  // before MPI is begun, which passes the launcher's signal on
-  const Sharing sharing = find_sharing(assignments);
-  const bool silent = sharing == Sharing::Silent;
+  const auto rank = rank_of_starts(assignments);
+  const bool silent = rank.value_or(0) > 0;
   if (silent) application->Options()->SetStringValue("output_file", "");
   const auto log = open_log(*application);
   if (application->Initialize("") != Ipopt::Solve_Succeeded)
@@ -285,9 +281,8 @@ int solve(Command command) {
   }
   problem->stop_when(stop_requested);
   const SmartPtr<Ipopt::TNLP> model = GetRawPtr(problem);
-  const Ipopt::ApplicationReturnStatus ended = sharing == Sharing::Alone
-                                                   ? application->OptimizeTNLP(model)
-                                                   : application->OptimizeTNLPOverRanks(model);
+  const Ipopt::ApplicationReturnStatus ended =
+      rank ? application->OptimizeTNLPOverRanks(model) : application->OptimizeTNLP(model);
   if (ended == Ipopt::Invalid_Option)
     throw std::invalid_argument(application->LastResult().message);
   if (ended != Ipopt::Solve_Succeeded && ended != Ipopt::Solved_To_Acceptable_Level)
@@ -296,7 +291,7 @@ int solve(Command command) {
   const Result& result = application->LastResult();
   const std::string message = message_of(result, *problem);
   int print_level = 0;
-  application->Options()->GetIntegerValue("print_level", print_level, "");
+  get_option(*application->Options(), "print_level", print_level);
   // Where Ipopt leaves no file its callers look into the log, if there is one.
   const bool as_ipopt_none =
       command.called_by_ampl && print_level > 0 && result.status == Status::TooFewDegreesOfFreedom;
@@ -316,8 +311,8 @@ void take_closed_descriptors() {
       static_cast<void>(open("/dev/null", O_RDONLY));
 }
 
-/// Carries out the flags that only print; -1 when there is none.
-int print_only(const std::string& word) {
+/// Carries out the flags that only print. Returns whether the word is one.
+bool print_only(const std::string& word) {
   if (word == "-v" || word == "--version") {
     std::cout << version_text;
   } else if (word == "-=") {
@@ -325,9 +320,9 @@ int print_only(const std::string& word) {
   } else if (word == "-?" || word == "-h" || word == "--help") {
     std::cout << usage;
   } else {
-    return -1;
+    return false;
   }
-  return 0;
+  return true;
 }
 
 int run(int argc, char** argv) {
@@ -351,13 +346,13 @@ int run(int argc, char** argv) {
       command.solution_file = word.substr(2);
     } else if (word == "-" || word == "--") {
       flags = false;
-    } else if (print_only(word) == 0) {
+    } else if (print_only(word)) {
       return 0;
     } else if (word != "-e") {
       throw std::invalid_argument("unknown flag " + word + "; -? lists them");
     }
   }
-  if (command.stub.empty()) throw std::invalid_argument(std::string("no model given\n") + usage);
+  if (command.stub.empty()) throw std::invalid_argument(concat("no model given\n", usage));
   return solve(std::move(command));
 }
 

@@ -14,8 +14,11 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 
+#include "adapter/ipopt/concat.hpp"
 #include "linalg/numbers.hpp"
 #include "nl_formulas.hpp"
 
@@ -35,11 +38,10 @@ class Cursor {
   [[nodiscard]] bool binary() const { return binary_; }
   [[nodiscard]] std::size_t place() const { return at_; }
   [[nodiscard]] std::size_t left() const { return text_.size() - at_; }
-  [[noreturn]] void fail(const std::string& what) const {
+  [[noreturn]] void fail(const auto&... what) const {
     throw std::runtime_error(
-        "cannot read " + name_ + ", " +
-        (binary_ ? "byte " + std::to_string(at_ + 1) : "line " + std::to_string(line_)) + ": " +
-        what);
+        concat("cannot read ", name_, ", ",
+               binary_ ? concat("byte ", at_ + 1, ": ") : concat("line ", line_, ": "), what...));
   }
 
   // What follows is read and passed; key gives none at the end of the file.
@@ -47,26 +49,16 @@ class Cursor {
     if (left() == 0) return std::nullopt;
     return text_[at_++];
   }
-  int integer() { return binary_ ? bytes<std::int32_t>() : text_integer(); }
-  int short_integer() { return binary_ ? bytes<std::int16_t>() : text_integer(); }
-  double number() {
-    if (binary_) return bytes<double>();
-    skip_blanks();
-    const char* begin = text_.data() + at_;
-    if (left() > 0 && *begin == '+') ++begin;
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
-    if (error == std::errc::invalid_argument) fail("a number is missing");
-    at_ = static_cast<std::size_t>(end - text_.data());
-    return value;  // out of range: the library takes infinity or zero
-  }
+  int integer() { return binary_ ? bytes<std::int32_t>() : digits<int>("an integer"); }
+  int short_integer() { return binary_ ? bytes<std::int16_t>() : digits<int>("an integer"); }
+  double number() { return binary_ ? bytes<double>() : digits<double>("a number"); }
   std::string word() {
     constexpr int kLongest = 126;
     std::string word;
     if (binary_) {
       const int length = integer();
       if (length < 1 || length > kLongest || left() < at(length))
-        fail("a name of " + std::to_string(length) + " characters");
+        fail("a name of ", length, " characters");
       word = text_.substr(at_, at(length));
       at_ += word.size();
     } else {
@@ -80,7 +72,7 @@ class Cursor {
   void skip_string() {
     const int length = integer();
     if (length < 0 || left() < at(length) + (binary_ ? 0 : 2))
-      fail("a string of " + std::to_string(length) + " characters");
+      fail("a string of ", length, " characters");
     if (!binary_ && text_[at_++] != ':') fail("a string without \":\" after its length");
     const char* begin = text_.data() + at_;
     line_ += static_cast<int>(std::count(begin, begin + length, '\n'));
@@ -115,14 +107,18 @@ class Cursor {
     at_ += raw.size();
     return std::bit_cast<Value>(raw);
   }
-  int text_integer() {
+  template <class Value>
+  Value digits(const char* what) {
+    constexpr bool is_real = std::is_same_v<Value, double>;
     skip_blanks();
-    int value = 0;
     const char* begin = text_.data() + at_;
+    if (is_real && left() > 0 && *begin == '+') ++begin;
+    Value value{};
     const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
-    if (error == std::errc::result_out_of_range) fail("an integer out of range");
-    if (error != std::errc{}) fail("an integer is missing");
-    at_ += static_cast<std::size_t>(end - begin);
+    if (error == std::errc::invalid_argument) fail(what, " is missing");
+    // Of numbers out of range the library makes infinity or zero.
+    if (!is_real && error != std::errc{}) fail(what, " out of range");
+    at_ = static_cast<std::size_t>(end - text_.data());
     return value;
   }
   void skip_blanks() {
@@ -139,34 +135,18 @@ class Cursor {
 // --- Operations
 // -----------------------------------------------------------------------------------
 
-/// The first ones have as many operands as their number says.
-enum class Form : std::uint8_t { None, Unary, Binary, If, List, LongList, Pieces, IfSymbolic };
-
-/// What follows an operation; numbers as in D. M. Gay, "Writing .nl files".
-Form form_of(int operation) {
-  const auto within = [&](int first, int last) { return first <= operation && operation <= last; };
-  const auto one_of = [&](std::initializer_list<int> numbers) {
-    return std::ranges::find(numbers, operation) != numbers.end();
-  };
-  if (within(0, 6) || within(20, 24) || within(28, 30) || operation == 48 || one_of({62, 63, 73}) ||
-      within(66, 69))
-    return Form::Binary;
-  if (within(13, 16) || operation == 34 || within(37, 47) || within(49, 53)) return Form::Unary;
-  if (one_of({11, 12, 59, 60, 61, 74, 75})) return Form::List;
-  if (one_of({54, 70, 71})) return Form::LongList;
-  if (operation == 64) return Form::Pieces;
-  if (one_of({35, 72})) return Form::If;
-  return operation == 65 ? Form::IfSymbolic : Form::None;
-}
+/// What follows each operation, by its number in D. M. Gay, "Writing .nl files": 1, 2 or 3
+/// operands, a list (l), a list of at least three (L), a piecewise linear function (p), a choice of
+/// strings (s); -: there is no such operation.
+constexpr std::string_view kForms =
+    "2222222----ll1111---22222---222---13-11111111111211111L----lll22ps2222LL32ll";
 
 // --- The file
 // -------------------------------------------------------------------------------------
 
 class Checker {
  public:
-  /// record: given the formulas, or null.
-  Checker(const std::string& text, const std::string& name, NlFormulas* record)
-      : cursor_(text, name), name_(name), record_(record) {}
+  Checker(const std::string& text, const std::string& name) : cursor_(text, name), name_(name) {}
   [[nodiscard]] NlFacts check() {
     header();
     while (const auto key = cursor_.key()) {
@@ -180,6 +160,7 @@ class Checker {
     facts_.binary = cursor_.binary();
     return std::move(facts_);
   }
+  NlFormulas formulas;  ///< those of the file
 
  private:
   enum class Operand : std::uint8_t { Value, ValueOrString, Reference };
@@ -230,10 +211,8 @@ class Checker {
     defined_seen_ = marks(defined_);
     function_seen_ = marks(functions_);
     place_seen_ = marks(jacobian_entries_);
-    if (record_ != nullptr) {
-      record_->constraints.resize(at(m_));
-      record_->objectives.resize(at(objectives_));
-    }
+    formulas.constraints.resize(at(m_));
+    formulas.objectives.resize(at(objectives_));
     column_.assign(at(n_), 0);
     column_read_ = column_;
     listed_in_ = column_;
@@ -256,7 +235,7 @@ class Checker {
       mark(seen, i, what);
       if (key == 'O') cursor_.integer();
       cursor_.end_line();
-      expression(recorded(key == 'O' ? &NlFormulas::objectives : &NlFormulas::constraints, i));
+      expression((key == 'O' ? formulas.objectives : formulas.constraints)[at(i)]);
     };
     switch (key) {
       case 'C':
@@ -298,10 +277,10 @@ class Checker {
     NlFormulas::Formula formula;
     for_lines(linear, [&](int) {
       const int read = index(n_, "variable");
-      record_linear(&formula, read, cursor_.number());
+      add_linear(formula, read, cursor_.number());
     });
-    expression(&formula);
-    if (record_ != nullptr) record_->defined.emplace_back(variable, std::move(formula));
+    expression(formula);
+    formulas.defined.emplace_back(variable, std::move(formula));
     mark(defined_seen_, variable - n_, "defined variable");
   }
   void function() {
@@ -313,7 +292,7 @@ class Checker {
   }
   void suffix() {
     const int kind = cursor_.integer();
-    if (kind < 0 || kind > 7) cursor_.fail("suffix of unknown kind " + std::to_string(kind));
+    if (kind < 0 || kind > 7) cursor_.fail("suffix of unknown kind ", kind);
     const int size = std::array{n_, m_, objectives_, 1}[at(kind & 3)];
     const int entries = count(1, size, "values of a suffix");
     const std::string name = cursor_.word().c_str();
@@ -342,8 +321,7 @@ class Checker {
         for (int j = 0; j < numbers; ++j)
           if (std::isnan(cursor_.number())) cursor_.fail("a bound is not a number");
       } else {
-        cursor_.fail("no bounds of " + std::string(rows ? "constraint " : "variable ") +
-                     std::to_string(i));
+        cursor_.fail("no bounds of ", rows ? "constraint " : "variable ", i);
       }
     });
   }
@@ -352,7 +330,7 @@ class Checker {
     if (has_columns_ || jacobian_read_ > 0) cursor_.fail("column counts twice or too late");
     has_columns_ = true;
     const int columns = cursor_.integer();
-    if (columns != n_ - 1 && !(n_ == 0 && columns == 0))
+    if (columns != std::max(n_ - 1, 0))
       cursor_.fail("column counts of another number of variables");
     int before = 0;
     for_lines(n_ - 1, [&](int i) {
@@ -368,32 +346,31 @@ class Checker {
   void linear_terms(bool of_row) {
     const int i = of_row ? index(m_, "constraint") : index(objectives_, "objective");
     mark(of_row ? row_seen_ : gradient_seen_, i, of_row ? "row of the Jacobian" : "gradient");
-    const std::string list = of_row ? "row" : "gradient";
-    const int entries = count(1, n_, "entries in a " + list);
+    const char* const list = of_row ? "a row" : "a gradient";
+    const int entries = count(1, n_, of_row ? "entries in a row" : "entries in a gradient");
     ++lists_;
     for_lines(entries, [&](int) {
       const int variable = index(n_, "variable");
       if (of_row && !has_columns_) mark(place_seen_, index(jacobian_entries_, "place"), "place");
-      record_linear(recorded(of_row ? &NlFormulas::constraints : &NlFormulas::objectives, i),
-                    variable, cursor_.number());
+      add_linear((of_row ? formulas.constraints : formulas.objectives)[at(i)], variable,
+                 cursor_.number());
       if (std::exchange(listed_in_[at(variable)], lists_) == lists_)
-        cursor_.fail("variable " + std::to_string(variable) + " twice in a " + list);
+        cursor_.fail("variable ", variable, " twice in ", list);
       if (of_row && ++column_read_[at(variable)] > column_[at(variable)] && has_columns_)
-        cursor_.fail("more entries of variable " + std::to_string(variable) +
-                     " than its column count");
+        cursor_.fail("more entries of variable ", variable, " than its column count");
     });
     (of_row ? jacobian_read_ : gradient_read_) += entries;
   }
   /// A tree in prefix order, without recursion: trees may be deep.
-  void expression(NlFormulas::Formula* formula) {
+  void expression(NlFormulas::Formula& formula) {
     std::vector<Operand> pending = {Operand::Value};  // the next one last
-    if (record_ != nullptr) formula->begin = record_->nodes.size();
+    formula.begin = formulas.nodes.size();
     while (!pending.empty()) {
       const Operand kind = pending.back();
       pending.pop_back();
       operand(kind, pending);
     }
-    if (record_ != nullptr) formula->end = record_->nodes.size();
+    formula.end = formulas.nodes.size();
   }
   /// The number that follows this key; none where the key is of something else.
   std::optional<double> constant(std::optional<char> key) {
@@ -413,7 +390,7 @@ class Checker {
       case 'v': {
         const int variable = index(n_ + defined_, "variable");
         if (variable >= n_ && defined_seen_[at(variable - n_)] == 0)
-          cursor_.fail("variable " + std::to_string(variable) + " before its definition");
+          cursor_.fail("variable ", variable, " before its definition");
         record(Node::kVariable, variable);
         return cursor_.end_line();
       }
@@ -424,7 +401,7 @@ class Checker {
       case 'f': {
         const int function = index(functions_, "function");
         if (function_seen_[at(function)] == 0)
-          cursor_.fail("function " + std::to_string(function) + " before its declaration");
+          cursor_.fail("function ", function, " before its declaration");
         const int arguments = count(0, 1 << 30, "arguments of a function");
         record(Node::kFunction, arguments);
         pending.insert(pending.end(), at(arguments), Operand::ValueOrString);
@@ -449,31 +426,32 @@ class Checker {
       record(number, operands);
       pending.insert(pending.end(), at(operands), kind);
     };
-    switch (const Form form = form_of(number)) {
-      case Form::Unary:
-      case Form::Binary:
-      case Form::If:
-        return take(static_cast<int>(form), Operand::Value);
-      case Form::List: {
+    const bool is_known = 0 <= number && at(number) < kForms.size();
+    switch (const char form = is_known ? kForms[at(number)] : '-') {
+      case '1':
+      case '2':
+      case '3':
+        return take(form - '0', Operand::Value);
+      case 'l': {
         constexpr int kNumberOfStrings = 61;
         return take(list(1), number == kNumberOfStrings ? Operand::ValueOrString : Operand::Value);
       }
-      case Form::LongList:
+      case 'L':
         return take(list(3), Operand::Value);
-      case Form::Pieces:
+      case 'p':
         record(number, 1);
         return pieces(pending);
-      case Form::IfSymbolic:
+      case 's':
         take(2, Operand::ValueOrString);
         return pending.push_back(Operand::Value);
-      case Form::None:
+      default:
         break;
     }
     constexpr std::array kSteps = {"div", "precision", "round", "trunc"};
     constexpr int kFirstStep = 55, kLastStep = 58;
     if (kFirstStep <= number && number <= kLastStep)  // the library crashes on their derivatives
-      refuse(std::string("operation ") + kSteps[at(number - kFirstStep)] + " has no derivatives");
-    cursor_.fail("unknown operation o" + std::to_string(number));
+      refuse("operation ", kSteps[at(number - kFirstStep)], " has no derivatives");
+    cursor_.fail("unknown operation o", number);
   }
   /// Slopes and breakpoints in turn, then the variable.
   void pieces(std::vector<Operand>& pending) {
@@ -488,30 +466,28 @@ class Checker {
     require_all(constraint_seen_, "constraint");
     require_all(objective_seen_, "objective");
     require_all(defined_seen_, "defined variable");
-    if (jacobian_read_ != jacobian_entries_)
-      cursor_.fail("the header counts " + std::to_string(jacobian_entries_) +
-                   " nonzeros of the Jacobian, the file holds " + std::to_string(jacobian_read_));
-    if (gradient_read_ != gradient_entries_)
-      cursor_.fail("the header counts " + std::to_string(gradient_entries_) +
-                   " nonzeros of the objectives, the file holds " + std::to_string(gradient_read_));
+    const auto require_entries = [&](int counted, int read, const char* of) {
+      if (read != counted)
+        cursor_.fail("the header counts ", counted, " nonzeros of ", of, ", the file holds ", read);
+    };
+    require_entries(jacobian_entries_, jacobian_read_, "the Jacobian");
+    require_entries(gradient_entries_, gradient_read_, "the objectives");
   }
 
-  [[noreturn]] void refuse(const std::string& why) const {
-    throw std::runtime_error("cannot solve " + name_ + ": " + why);
+  [[noreturn]] void refuse(const auto&... why) const {
+    throw std::runtime_error(concat("cannot solve ", name_, ": ", why...));
   }
   /// An index below size.
   int index(int size, const char* of) {
     const int value = cursor_.integer();
-    if (value < 0 || value >= size)
-      cursor_.fail(std::string(of) + " " + std::to_string(value) + ", but the header counts " +
-                   std::to_string(size));
+    if (value < 0 || value >= size) cursor_.fail(of, " ", value, ", but the header counts ", size);
     return value;
   }
   /// A count in [least, most], and not of more things than bytes are left.
-  int count(int least, int most, const std::string& of) {
+  int count(int least, int most, const char* of) {
     const int value = cursor_.integer();
     if (value < least || value > most || at(std::max(value, 0)) > cursor_.left())
-      cursor_.fail(std::to_string(value) + " " + of);
+      cursor_.fail(value, " ", of);
     return value;
   }
   /// The rest of this line, then so many lines.
@@ -524,32 +500,25 @@ class Checker {
     }
   }
   void mark(Marks& marks, int place, const char* what) {
-    if (marks[at(place)]++ != 0)
-      cursor_.fail(std::string(what) + " " + std::to_string(place) + " twice");
+    if (marks[at(place)]++ != 0) cursor_.fail(what, " ", place, " twice");
   }
   void require_all(const Marks& marks, const char* what) const {
     const auto missing = std::ranges::find(marks, 0);
     if (missing != marks.end())
-      cursor_.fail("the file ends without " + std::string(what) + " " +
-                   std::to_string(missing - marks.begin()));
+      cursor_.fail("the file ends without ", what, " ", missing - marks.begin());
   }
   static Marks marks(int size) { return Marks(at(size), 0); }
 
   using Node = NlFormulas::Node;
   void record(int operation, int operands, double number = 0.0) {
-    if (record_ != nullptr) record_->nodes.push_back({operation, operands, number});
+    formulas.nodes.push_back({operation, operands, number});
   }
-  void record_linear(NlFormulas::Formula* formula, int variable, double factor) {
-    if (formula != nullptr && factor != 0.0) formula->linear.emplace_back(variable, factor);
-  }
-  [[nodiscard]] NlFormulas::Formula* recorded(std::vector<NlFormulas::Formula> NlFormulas::*which,
-                                              int i) {
-    return record_ != nullptr ? &(record_->*which)[at(i)] : nullptr;
+  static void add_linear(NlFormulas::Formula& formula, int variable, double factor) {
+    if (factor != 0.0) formula.linear.emplace_back(variable, factor);
   }
 
   Cursor cursor_;
   const std::string& name_;
-  NlFormulas* record_;
   NlFacts facts_;
   int n_ = 0, m_ = 0, objectives_ = 0, defined_ = 0, functions_ = 0;
   int jacobian_entries_ = 0, gradient_entries_ = 0;  ///< the header's
@@ -573,16 +542,16 @@ std::string content_of(const std::string& file) {
 }  // namespace
 
 NlFacts check_nl_text(const std::string& text, const std::string& name) {
-  return Checker(text, name, nullptr).check();
+  return Checker(text, name).check();
 }
 
 NlFacts check_nl_file(const std::string& file) { return check_nl_text(content_of(file), file); }
 
 NlFormulas read_nl_formulas(const std::string& file) {
-  NlFormulas formulas;
   const std::string text = content_of(file);
-  static_cast<void>(Checker(text, file, &formulas).check());
-  return formulas;
+  Checker checker(text, file);
+  static_cast<void>(checker.check());
+  return std::move(checker.formulas);
 }
 
 std::string with_a_fixed_variable(const std::string& file, const NlFacts& facts) {

@@ -134,14 +134,6 @@ IntervalJet NlBoxes::value(const NlFormulas::Formula& formula, const Jets& v) co
   return sum;
 }
 
-IntervalJet NlBoxes::objective_over(std::span<const IntervalJet> v) const {
-  return all_over(v, {});
-}
-
-void NlBoxes::constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
-  static_cast<void>(all_over(v, g));
-}
-
 IntervalJet NlBoxes::all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
   Jets all(v.begin(), v.end());
   all.resize(variables_ + formulas_.defined.size());

@@ -39,8 +39,12 @@ class NlBoxes final : public BoxFunctions {
         sign_(sign) {}
 
   /// All throw std::domain_error where an operation cannot be enclosed.
-  [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override;
-  void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override;
+  [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+    return all_over(v, {});
+  }
+  void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+    static_cast<void>(all_over(v, g));
+  }
   [[nodiscard]] IntervalJet all_over(std::span<const IntervalJet> v,
                                      std::span<IntervalJet> g) const override;
   [[nodiscard]] bool is_concurrent() const override { return true; }

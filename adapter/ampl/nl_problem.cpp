@@ -8,7 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/spelling.hpp"
+#include "adapter/ipopt/tnlp_problem.hpp"
 #include "checked_file.hpp"
 #include "child_process.hpp"
 #include "core/model/indices.hpp"
@@ -67,11 +69,6 @@ bool row_gradient(ASL* asl, int row, double* x, double* values) {
   return defined && error == 0;
 }
 
-bool is_folder(const std::string& name) {
-  std::error_code unknown;
-  return std::filesystem::is_directory(name, unknown);
-}
-
 /// A copy of a file without variables that has one, for as long as this lives; else the file.
 class StandIn : Uncopied {
  public:
@@ -99,8 +96,11 @@ class StandIn : Uncopied {
 NlProblem::NlProblem(const std::string& stub, int objective) {
   file_ = stub;
   if (!std::filesystem::is_regular_file(file_)) file_ += ".nl";
+  std::error_code unknown;
   if (!std::filesystem::is_regular_file(file_))
-    throw std::runtime_error("cannot open " + stub + (is_folder(stub) ? ": it is a folder" : ""));
+    throw std::runtime_error(
+        concat("cannot open ", stub,
+               std::filesystem::is_directory(stub, unknown) ? ": it is a folder" : ""));
   facts_ = check_nl_file(file_);
   if (!file_.ends_with(".nl"))
     throw std::runtime_error("cannot read " + file_ + ": its name does not end in .nl");
@@ -122,13 +122,12 @@ void NlProblem::load(int objective) {
   try {
     read();
     if (objective > n_obj)
-      throw std::runtime_error("objno = " + std::to_string(objective) + ", but the model has " +
-                               std::to_string(n_obj) + " objectives");
+      throw std::runtime_error(
+          concat("objno = ", objective, ", but the model has ", n_obj, " objectives"));
     objective_ = objective < 0 ? (n_obj > 0 ? 0 : -1) : objective - 1;
     sign_ = objective_ >= 0 && objtype[objective_] ? -1.0 : 1.0;
     read_players();
     hessian_entries_ = static_cast<int>(sphsetup(-1, n_obj > 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
-    require_valid_hessian();
     require_linear();
   } catch (...) {
     ASL_free(&asl);
@@ -147,43 +146,6 @@ void NlProblem::read() {
   if (error == ASL_readerr_unavail)
     throw std::runtime_error("cannot read " + file_ + ": an imported function is not available");
   if (error != ASL_readerr_none) throw std::runtime_error("cannot read " + file_);
-  require_valid_structure();
-}
-
-void NlProblem::require_valid_structure() {
-  const auto require = [&](bool valid, const char* what) {
-    if (!valid)
-      throw std::runtime_error("cannot read " + file_ + ": " + what +
-                               " of AMPL's library are wrong");
-  };
-  const auto is_below = [](auto value, auto size) {
-    return 0 <= value && std::cmp_less(value, size);
-  };
-  std::vector<bool> taken(static_cast<std::size_t>(nzc));
-  for (int i = 0; i < n_con; ++i)
-    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
-      require(is_below(entry->goff, nzc) && is_below(entry->varno, n_var), "Jacobian indices");
-      const auto place = at(entry->goff);
-      require(!taken[place], "Jacobian indices");
-      taken[place] = true;
-    }
-  require(std::ranges::find(taken, false) == taken.end(), "Jacobian indices");
-  for (int i = 0; i < n_obj; ++i)
-    for (const ograd* entry = Ograd[i]; entry; entry = entry->next)
-      require(is_below(entry->varno, n_var), "gradient indices");
-}
-
-/// Rows and columns of the Hessian, which exist after sphsetup.
-void NlProblem::require_valid_hessian() {
-  bool valid = hessian_entries_ >= 0 && sputinfo->hcolstarts[0] == 0 &&
-               static_cast<int>(sputinfo->hcolstarts[n_var]) == hessian_entries_;
-  for (int j = 0; valid && j < n_var; ++j)
-    valid = sputinfo->hcolstarts[j] <= sputinfo->hcolstarts[j + 1];
-  for (int entry = 0; valid && entry < hessian_entries_; ++entry)
-    valid = sputinfo->hrownos[entry] >= 0 && sputinfo->hrownos[entry] < n_var;
-  if (!valid)
-    throw std::runtime_error("cannot read " + file_ +
-                             ": Hessian indices of AMPL's library are wrong");
 }
 
 std::string NlProblem::integer_variable() const {
@@ -193,34 +155,33 @@ std::string NlProblem::integer_variable() const {
                     : nlvoi > 0     ? nlvo - nlvoi
                     : nbv + niv > 0 ? n_var - nbv - niv
                                     : -1;
-  return first < 0 ? std::string() : variable_name(first);
+  return first < 0 ? "" : variable_name(first);
 }
 
 void NlProblem::read_players() {
   for (char* name : {sosno_name, sos_name})
     if (suf_get(name, ASL_Sufkind_var)->u.i)
       throw std::runtime_error("special ordered sets are not supported");
-  const auto is_max = [](int value, const char* kind, const char* name) {
-    if (value != 0 && value != 1)
-      throw std::runtime_error(std::string(kind) + " " + name + ": suffix player is " +
-                               std::to_string(value) + ", not 0 (Min) or 1 (Max)");
-    return value == 1;
+  const auto items_with = [&](char* suffix, int kind, int count) {
+    std::vector<int> items;
+    const int* values = suf_get(suffix, kind)->u.i;
+    for (int i = 0; values && i < count; ++i) {
+      if (values[i] == 1) items.push_back(i);
+      if (values[i] != 0 && values[i] != 1)
+        throw std::runtime_error(concat(kind == ASL_Sufkind_var
+                                            ? "variable " + variable_name(i)
+                                            : "constraint " + constraint_name(i),
+                                        ": suffix ", suffix, " is ", values[i], ", not 0 or 1"));
+    }
+    return items;
   };
   variable_players_.assign(at(variables()), Player::Min);
-  const int* players = suf_get(player_name, ASL_Sufkind_var)->u.i;
-  has_player_suffix_ = players != nullptr;
-  for (int i = 0; players && i < n_var; ++i)
-    if (is_max(players[i], "variable", var_name(i))) variable_players_[at(i)] = Player::Max;
-  players = suf_get(player_name, ASL_Sufkind_con)->u.i;
-  for (int i = 0; players && i < n_con; ++i)
-    if (is_max(players[i], "constraint", con_name(i))) max_constraints_.push_back(i);
-  const int* robust = suf_get(robust_name, ASL_Sufkind_con)->u.i;
+  has_player_suffix_ = suf_get(player_name, ASL_Sufkind_var)->u.i != nullptr;
+  for (const int i : items_with(player_name, ASL_Sufkind_var, n_var))
+    variable_players_[at(i)] = Player::Max;
+  max_constraints_ = items_with(player_name, ASL_Sufkind_con, n_con);
   robust_constraints_ = facts_.listed_as_min;
-  for (int i = 0; robust && i < n_con; ++i) {
-    if (robust[i] == 0) continue;
-    if (robust[i] != 1)
-      throw std::runtime_error("constraint " + constraint_name(i) + ": suffix robust is " +
-                               std::to_string(robust[i]) + ", not 0 or 1");
+  for (const int i : items_with(robust_name, ASL_Sufkind_con, n_con)) {
     if (std::ranges::find(max_constraints_, i) != max_constraints_.end())
       throw std::runtime_error("constraint " + constraint_name(i) +
                                ": suffix robust gives it to player 0, suffix player to player 1");
@@ -242,38 +203,29 @@ int NlProblem::constraints() const { return n_con; }
 /// Calls all that a solve calls, at the start and beside it. Whether the results are defined does
 /// not matter here: a damaged formula crashes.
 void NlProblem::call_everything() {
-  int n = 0, m = 0, jacobian_entries = 0, hessian_entries = 0;
-  IndexStyleEnum style = C_STYLE;
-  get_nlp_info(n, m, jacobian_entries, hessian_entries, style);
-  std::vector<double> x(at(n)), lower(at(n)), upper(at(n)), gradient(at(n)), g(at(m)),
-      g_lower(at(m)), g_upper(at(m)), lambda(at(m), 1.0), jacobian(at(jacobian_entries)),
-      hessian(at(hessian_entries));
-  std::vector<int> rows(std::max(jacobian.size(), hessian.size())), columns(rows.size());
-  std::vector<Player> players(at(std::max(n, m)), Player::Min);
-  StringMetaDataMapType strings, constraint_strings;
-  IntegerMetaDataMapType integers;
-  NumericMetaDataMapType numbers;
-  get_var_con_metadata(n, strings, integers, numbers, m, constraint_strings, integers, numbers);
-  get_bounds_info(n, lower.data(), upper.data(), m, g_lower.data(), g_upper.data());
-  get_variable_players(n, players.data());
-  get_constraint_players(m, players.data());
-  eval_jac_g(n, nullptr, false, m, jacobian_entries, rows.data(), columns.data(), nullptr);
-  eval_h(n, nullptr, false, 1.0, m, nullptr, false, hessian_entries, rows.data(), columns.data(),
-         nullptr);
-  get_starting_point(n, true, x.data(), true, lower.data(), upper.data(), m, true, g.data());
+  AddRef(nullptr);  // the child process holds it to its own end
+  TnlpProblem problem(this);
+  static_cast<void>(problem.load());
+  const ProblemStructure& s = problem.structure();
+  std::vector<double> x(s.variable_lower.size()), z_lower(x), z_upper(x), gradient(x),
+      g(s.constraint_lower.size()), lambda(g.size(), 1.0), jacobian(s.jacobian.size()),
+      hessian(s.hessian.size());
+  StartingPoint start{x, true, g, z_lower, z_upper};
+  static_cast<void>(problem.starting_point(start));
   for (const double step : {0.0, 0.1}) {
     for (double& value : x) value += step * std::max(1.0, std::abs(value));
-    double f = 0.0;
-    for (int j = 0; j < m; ++j) {
-      eval_rows(n, x.data(), true, 1, &j, m, g.data(), jacobian_entries, nullptr);
-      eval_rows(n, x.data(), false, 1, &j, m, nullptr, jacobian_entries, jacobian.data());
+    std::vector<bool> defined;
+    for (Index j = 0; j < constraints(); ++j) {
+      const std::span<const Index> row(&j, 1);
+      defined.push_back(problem.constraint_rows(row, x, true, g));
+      defined.push_back(problem.jacobian_rows(row, x, false, jacobian));
     }
-    eval_f(n, x.data(), true, f);
-    eval_g(n, x.data(), false, m, g.data());
-    eval_grad_f(n, x.data(), false, gradient.data());
-    eval_jac_g(n, x.data(), false, m, jacobian_entries, nullptr, nullptr, jacobian.data());
-    eval_h(n, x.data(), false, 1.0, m, lambda.data(), true, hessian_entries, nullptr, nullptr,
-           hessian.data());
+    double f = 0.0;
+    defined.push_back(problem.objective(x, true, f));
+    defined.push_back(problem.constraints(x, false, g));
+    defined.push_back(problem.gradient(x, false, gradient));
+    defined.push_back(problem.jacobian(x, false, jacobian));
+    defined.push_back(problem.hessian(x, false, 1.0, lambda, true, hessian));
   }
 }
 
@@ -332,55 +284,27 @@ void NlProblem::require_linear() {
       const int middle = first + (last - first) / 2;
       (is_linear(from, first, middle) ? first : last) = middle;
     }
-    throw std::runtime_error("variable " + variable_name(first) +
-                             " is nonlinear, but the header of " + file_ +
-                             " counts only the first " + std::to_string(nonlinear) + " of " +
-                             std::to_string(n_var) + " variables as nonlinear: wrong file");
+    throw std::runtime_error(concat("variable ", variable_name(first),
+                                    " is nonlinear, but the header of ", file_,
+                                    " counts only the first ", nonlinear, " of ", n_var,
+                                    " variables as nonlinear: wrong file"));
   }
-}
-
-std::vector<Player> NlProblem::implied_constraint_players() const {
-  std::vector<Player> implied(at(n_con), Player::Min);
-  for (const auto i : indices(implied)) {
-    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
-      if (variable_players_[at(entry->varno)] == Player::Max) implied[i] = Player::Max;
-    }
-  }
-  return implied;
 }
 
 void NlProblem::set_players(const PlayerOptions& options) {
-  const auto require = [](const std::string& error) {
-    if (!error.empty()) throw std::invalid_argument(error);
-  };
-  std::vector<std::string> names;
-  for (int i = 0; i < variables(); ++i) names.push_back(variable_name(i));
-  require(apply_player_option(
-      "minmax_max_variables", options.max_variables, {"variable", variables(), &names},
-      {"the suffix player", std::vector(names.size(), Player::Min)}, variable_players_));
-  names.clear();
-  for (int i = 0; i < constraints(); ++i) names.push_back(constraint_name(i));
-  const ListedItems items{"constraint", constraints(), &names};
-  const std::vector<Player> implied = implied_constraint_players();
-  std::vector<Player> players = implied;
-  get_constraint_players(constraints(), players.data());
-  require(apply_player_option("minmax_max_constraints", options.max_constraints, items,
-                              {"the suffix player or robust", implied}, players));
-  const std::vector<Player> before = players;
-  require(apply_min_constraints(options, items, players));
+  TnlpProblem loaded(this, options);
+  if (const auto error = loaded.load(); !error.empty()) throw std::invalid_argument(error);
+  variable_players_ = loaded.structure().variable_players;
+  const std::vector<Player>& owners = loaded.structure().constraint_players;
   for (const int i : max_constraints_)
-    if (players[at(i)] != before[at(i)])
-      throw std::invalid_argument("option minmax_min_constraints gives constraint " +
-                                  std::to_string(i) + " (" + names[at(i)] +
-                                  ") to Min, the suffix player gives it to Max");
+    if (owners[at(i)] == Player::Min)
+      throw std::invalid_argument(concat("option minmax_min_constraints gives constraint ", i, " (",
+                                         constraint_name(i),
+                                         ") to Min, the suffix player gives it to Max"));
   max_constraints_.clear();
   robust_constraints_.clear();
-  for (int i = 0; i < constraints(); ++i) {
-    if (players[at(i)] == Player::Max)
-      max_constraints_.push_back(i);
-    else if (implied[at(i)] == Player::Max)
-      robust_constraints_.push_back(i);
-  }
+  for (int i = 0; i < constraints(); ++i)
+    (owners[at(i)] == Player::Max ? max_constraints_ : robust_constraints_).push_back(i);
 }
 
 std::string NlProblem::variable_name(int i) const { return var_name(i); }

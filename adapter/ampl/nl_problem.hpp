@@ -38,7 +38,8 @@ class NlProblem : public MinMaxTNLP,
 
   /// What options minmax_max_variables, minmax_max_constraints and minmax_min_constraints list
   /// (adapter/player_lists.hpp), names as in the files .col and .row. Throws std::invalid_argument
-  /// when a list is wrong or contradicts the suffix player or robust.
+  /// when a list is wrong or contradicts the suffix player or robust. A smart pointer has to own
+  /// the problem.
   void set_players(const PlayerOptions& options);
 
   /// Point, multipliers and suffixes with AMPL's signs; message and solve_result are the caller's.
@@ -133,11 +134,7 @@ class NlProblem : public MinMaxTNLP,
   void load(int objective);
   void read();
   [[nodiscard]] int variables() const;
-  /// Every index that the library hands over lies within its array, places of the Jacobian once.
-  void require_valid_structure();
-  void require_valid_hessian();
   void read_players();
-  [[nodiscard]] std::vector<Player> implied_constraint_players() const;
   void call_everything();
   /// ASL leaves variables out of its derivatives that the header counts as linear: throws when a
   /// function is nonlinear in one of them.

@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <sstream>
 #include <string_view>
+#include <type_traits>
 
 namespace ipminmax {
 namespace {
 
 constexpr int kRealSuffix = 4;     ///< kind of a real suffix of variables
 constexpr int kProblemSuffix = 3;  ///< kind of an integer suffix of the problem
+const std::string kDetailedResult = "minmax_result";
 
 int nonzeros(const std::vector<double>& values) {
   return static_cast<int>(values.size()) - static_cast<int>(std::ranges::count(values, 0.0));
@@ -31,8 +33,11 @@ class Bytes {
     bytes_ += text;
     return *this;
   }
-  Bytes& add(std::int32_t value) { return raw(value); }
-  Bytes& add(double value) { return raw(value); }
+  template <class Value>
+  requires std::is_arithmetic_v<Value> Bytes& add(Value value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
   template <class Value>
   Bytes& add(const std::vector<Value>& values) {
     for (const Value& value : values) add(value);
@@ -46,11 +51,6 @@ class Bytes {
   }
 
  private:
-  template <class Value>
-  Bytes& raw(Value value) {
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-    return *this;
-  }
   std::string bytes_;
 };
 
@@ -79,10 +79,9 @@ std::string SolutionFile::text() const {
     for (const auto i : indices(suffix.values))
       if (suffix.values[i] != 0.0) out << i << ' ' << text_of(suffix.values[i]) << '\n';
   }
-  if (problem_suffix && problem_suffix->value != 0) {
-    const auto& [name, value] = *problem_suffix;
-    out << "suffix " << kProblemSuffix << " 1 " << name.size() + 1 << " 0 0\n"
-        << name << "\n0 " << value << '\n';
+  if (detailed_result != 0) {
+    out << "suffix " << kProblemSuffix << " 1 " << kDetailedResult.size() + 1 << " 0 0\n"
+        << kDetailedResult << "\n0 " << detailed_result << '\n';
   }
   return out.str();
 }
@@ -115,10 +114,8 @@ std::string SolutionFile::binary() const {
       if (suffix.values[i] != 0.0) record.add(static_cast<std::int32_t>(i)).add(suffix.values[i]);
     out.add_record(record);
   }
-  if (problem_suffix && problem_suffix->value != 0) {
-    const auto& [name, value] = *problem_suffix;
-    out.add_record(heading(kProblemSuffix, 1, name).add(0).add(value));
-  }
+  if (detailed_result != 0)
+    out.add_record(heading(kProblemSuffix, 1, kDetailedResult).add(0).add(detailed_result));
   return out.bytes();
 }
 

@@ -21,11 +21,7 @@ struct SolutionFile {
     std::vector<double> values;  ///< of all variables; zeros are not written
   };
   std::vector<Suffix> variable_suffixes;
-  struct ProblemSuffix {
-    std::string name;
-    int value = 0;  ///< not written where 0
-  };
-  std::optional<ProblemSuffix> problem_suffix;
+  int detailed_result = 0;  ///< suffix minmax_result of the problem; not written where 0
 
   /// Numbers in the shortest form that reads back as the same.
   [[nodiscard]] std::string text() const;

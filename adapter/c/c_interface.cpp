@@ -6,11 +6,12 @@
 
 #include "adapter/c/c_problem.hpp"
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_library.hpp"
 #include "adapter/ipopt/option_registry.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
+#include "adapter/ipopt/status.hpp"
 #include "core/version.h"
-#include "linalg/numbers.hpp"
 
 // The C interface: problems, options, solves.
 
@@ -73,54 +74,46 @@ static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
               same(IPMINMAX_VIOLATED, SecondOrder::Violated) &&
               same(IPMINMAX_FLAT, SecondOrder::Flat));
 
-std::vector<Player> read_players(const int* players, Index count, const char* name,
-                                 std::string& error) {
+std::vector<Player> read_players(const int* players, Index count, const char* name) {
   std::vector<Player> result;
-  for (Index i = 0; players != nullptr && i < count && error.empty(); ++i) {
-    if (players[i] != IPMINMAX_MIN && players[i] != IPMINMAX_MAX) {
-      error = name_of_entry(name, at(i)) + " = " + std::to_string(players[i]) +
-              "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)";
-    }
+  for (Index i = 0; players != nullptr && i < count; ++i) {
+    if (players[i] != IPMINMAX_MIN && players[i] != IPMINMAX_MAX)
+      refuse(name, "[", i, "] = ", players[i], "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)");
     result.push_back(static_cast<Player>(players[i]));
   }
   return result;
 }
 
-/// What is wrong with sizes and callbacks; empty when nothing is.
-std::string error_of(const CallbackDefinition& d, int index_style, const int* variable_players) {
-  if (d.n < 0) return "n = " + std::to_string(d.n) + " is negative";
-  if (d.m < 0) return "m = " + std::to_string(d.m) + " is negative";
-  if (d.nele_jac < 0) return "nele_jac = " + std::to_string(d.nele_jac) + " is negative";
-  if (d.nele_hess < 0) return "nele_hess = " + std::to_string(d.nele_hess) + " is negative";
-  if (d.m == 0 && d.nele_jac > 0) {
-    return "nele_jac = " + std::to_string(d.nele_jac) + " without constraints";
-  }
-  if (index_style != IPMINMAX_C_STYLE && index_style != IPMINMAX_FORTRAN_STYLE) {
-    return "index_style = " + std::to_string(index_style) + "; it must be 0 (C) or 1 (Fortran)";
-  }
-  if (d.eval_f == nullptr) return "eval_f is NULL";
-  if (d.eval_grad_f == nullptr) return "eval_grad_f is NULL";
-  if (d.m > 0 && d.eval_g == nullptr) return "eval_g is NULL";
-  if (d.m > 0 && d.eval_jac_g == nullptr) return "eval_jac_g is NULL";
-  if (d.n > 0 && variable_players == nullptr) return "variable_players is NULL";
-  return {};
+/// Refuses wrong sizes and missing callbacks.
+void check(const CallbackDefinition& d, int index_style, const int* variable_players) {
+  if (d.n < 0) refuse("n = ", d.n, " is negative");
+  if (d.m < 0) refuse("m = ", d.m, " is negative");
+  if (d.nele_jac < 0) refuse("nele_jac = ", d.nele_jac, " is negative");
+  if (d.nele_hess < 0) refuse("nele_hess = ", d.nele_hess, " is negative");
+  if (d.m == 0 && d.nele_jac > 0) refuse("nele_jac = ", d.nele_jac, " without constraints");
+  if (index_style != IPMINMAX_C_STYLE && index_style != IPMINMAX_FORTRAN_STYLE)
+    refuse("index_style = ", index_style, "; it must be 0 (C) or 1 (Fortran)");
+  if (d.eval_f == nullptr) refuse("eval_f is NULL");
+  if (d.eval_grad_f == nullptr) refuse("eval_grad_f is NULL");
+  if (d.m > 0 && d.eval_g == nullptr) refuse("eval_g is NULL");
+  if (d.m > 0 && d.eval_jac_g == nullptr) refuse("eval_jac_g is NULL");
+  if (d.n > 0 && variable_players == nullptr) refuse("variable_players is NULL");
 }
 
+/// Scaling factors that is_sane_scaling accepts.
+const std::string kScalings = "[" + text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
+
 /// Copies scaling factors; NULL is none.
-std::vector<double> read_scaling(const double* values, Index count, const char* name,
-                                 std::string& error) {
-  if (values == nullptr) return {};
-  std::vector<double> result = read_array(values, count, name, error);
-  for (std::size_t i = 0; i < result.size() && error.empty(); ++i) {
-    if (!is_sane_scaling(result[i])) {
-      error = name_of_entry(name, i) + " = " + text_of(result[i]) + " is not in [" +
-              text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
-    }
+std::vector<double> read_scaling(const double* values, Index count, const char* name) {
+  std::vector<double> result = read_array(values, count, name, true);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (!is_sane_scaling(result[i]))
+      refuse(name, "[", i, "] = ", text_of(result[i]), " is not in ", kScalings);
   }
   return result;
 }
 
-std::string name_of(Ipopt::RegisteredOptionType type) {
+const char* name_of(Ipopt::RegisteredOptionType type) {
   if (type == Ipopt::OT_Number) return "a number";
   if (type == Ipopt::OT_Integer) return "an integer";
   return "a string";
@@ -128,22 +121,21 @@ std::string name_of(Ipopt::RegisteredOptionType type) {
 
 int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionType type,
                auto make_text) noexcept {
-  return guarded(problem, [&]() -> std::string {
-    if (keyword == nullptr) return "the option's name is NULL";
+  return guarded(problem, [&] {
+    if (keyword == nullptr) refuse("the option's name is NULL");
     OptionRegistry registry;
     const SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(keyword);
-    const std::string name(keyword);
-    if (IsNull(option)) return unknown_option(name, registry);
-    if (option->Type() != type) {
-      return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
-    }
-    return set_option(name, make_text(), registry, *problem->application->Options(), true);
+    if (IsNull(option)) refuse(unknown_option(keyword, registry));
+    if (option->Type() != type)
+      refuse(keyword, " is ", name_of(option->Type()), " option, not ", name_of(type), " option");
+    require_none(
+        set_option(keyword, make_text(), registry, *problem->application->Options(), true));
   });
 }
 
 bool is_warm(const Problem& problem) {
   bool warm = false;
-  problem.application->Options()->GetBoolValue("warm_start_init_point", warm, "");
+  read_option(*problem.application->Options(), "warm_start_init_point", warm);
   return warm;
 }
 
@@ -176,47 +168,37 @@ class WarmStart : Uncopied {
 };
 
 /// Where IpminmaxSolve writes; all but x may be null.
-struct Output {
-  double *x, *g, *objective, *lambda, *z_lower, *z_upper;
+struct Output : PointArrays {
+  double* objective;
 };
 
 IpminmaxReturnStatus stop(Problem& problem, Status status, std::string message) {
   problem.status = ipminmax::name_of(status);
   say(&problem, std::move(message));
-  return status == Status::InvalidOption ? IPMINMAX_INVALID_OPTION
-         : status == Status::OutOfMemory ? IPMINMAX_INSUFFICIENT_MEMORY
-                                         : IPMINMAX_INVALID_PROBLEM_DEFINITION;
+  return static_cast<IpminmaxReturnStatus>(application_status(status));
 }
 
-/// Copies the answer out.
-void write(const CallbackTNLP& model, const Output& out) {
-  copy_to(out.x, model.answer.x);
-  copy_to(out.g, model.g);
-  copy_to(out.lambda, model.answer.lambda);
-  copy_to(out.z_lower, model.answer.z_lower);
-  copy_to(out.z_upper, model.answer.z_upper);
-  if (out.objective != nullptr) *out.objective = model.objective;
-}
-
-enum class Call : std::uint8_t { Solve, Again, OverRanks };
+/// How the application solves.
+using Call = Ipopt::ApplicationReturnStatus (MinMaxApplication::*)(const SmartPtr<Ipopt::TNLP>&);
 
 /// Solves from the model's start, options read.
 IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
   MinMaxApplication& application = *problem.application;
-  const SmartPtr<Ipopt::TNLP> model = GetRawPtr(problem.model);
-  const auto status = call == Call::Again       ? application.ReOptimizeTNLP(model)
-                      : call == Call::OverRanks ? application.OptimizeTNLPOverRanks(model)
-                                                : application.OptimizeTNLP(model);
+  const auto status = (application.*call)(GetRawPtr(problem.model));
   const Result& result = application.LastResult();
   problem.status = ipminmax::name_of(result.status);
   say(&problem, result.message);
   problem.answered = IsValid(application.Statistics());
-  if (problem.model->finalized) write(*problem.model, out);
+  if (problem.model->finalized) {
+    const Result& answer = problem.model->answer;
+    fill(out, answer);
+    if (out.objective != nullptr) *out.objective = answer.objective;
+  }
   return static_cast<IpminmaxReturnStatus>(status);
 }
 
 IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data, Call call) {
-  const bool again = call == Call::Again;
+  const bool again = call == &MinMaxApplication::ReOptimizeTNLP;
   CallbackTNLP& model = *problem.model;
   const CallbackDefinition& d = model.definition;
   if (again && !problem.answered) {
@@ -236,7 +218,7 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
 
   model.needs_hessian = asks_for_hessian(problem);
   if (again) model.start = model.answer;
-  model.start.x.assign(out.x, out.x + d.n);
+  model.start.v.assign(out.x, out.x + d.n);
   if (again) {
     const WarmStart warm(problem);
     if (!is_warm(problem)) {
@@ -247,30 +229,27 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
     return run(problem, out, call);
   }
   if (is_warm(problem)) {
-    const char* missing = d.m > 0 && out.lambda == nullptr    ? "mult_g"
-                          : d.n > 0 && out.z_lower == nullptr ? "mult_x_L"
-                          : d.n > 0 && out.z_upper == nullptr ? "mult_x_U"
-                                                              : nullptr;
+    const char* missing = d.m > 0 && out.lambda == nullptr ? "mult_g"
+                          : d.n > 0 && out.z_L == nullptr  ? "mult_x_L"
+                          : d.n > 0 && out.z_U == nullptr  ? "mult_x_U"
+                                                           : nullptr;
     if (missing != nullptr) {
       return stop(problem, Status::InvalidProblem,
-                  std::string("warm_start_init_point = yes, but ") + missing + " is NULL");
+                  concat("warm_start_init_point = yes, but ", missing, " is NULL"));
     }
-    model.start.lambda.clear();
-    if (d.m > 0) model.start.lambda.assign(out.lambda, out.lambda + d.m);
-    model.start.z_lower.assign(out.z_lower, out.z_lower + d.n);
-    model.start.z_upper.assign(out.z_upper, out.z_upper + d.n);
+    model.start.lambda.assign(out.lambda, out.lambda + d.m);
+    model.start.z_lower.assign(out.z_L, out.z_L + d.n);
+    model.start.z_upper.assign(out.z_U, out.z_U + d.n);
   }
   return run(problem, out, call);
 }
 
 IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* user_data,
                                    Call call) noexcept {
-  if (problem == nullptr) {
-    say_fixed(nullptr, "the problem is NULL");
-    return IPMINMAX_INVALID_PROBLEM_DEFINITION;
-  }
-  if (problem->solving) {
-    say_fixed(problem, "the problem is being solved: no solve inside its own callbacks");
+  if (problem == nullptr || problem->solving) {
+    say_fixed(problem, problem == nullptr
+                           ? "the problem is NULL"
+                           : "the problem is being solved: no solve inside its own callbacks");
     return IPMINMAX_INVALID_PROBLEM_DEFINITION;
   }
   const Solving solving(*problem);
@@ -293,20 +272,17 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
   attempt(nullptr, [&] {
     CallbackDefinition d{n,           m,      nele_jac,   nele_hess, eval_f,
                          eval_grad_f, eval_g, eval_jac_g, eval_h};
-    std::string error = ipopt_library_error();
-    if (error.empty()) error = error_of(d, index_style, variable_players);
+    require_none(ipopt_library_error());
+    check(d, index_style, variable_players);
     d.index_style =
         index_style == IPMINMAX_C_STYLE ? Ipopt::TNLP::C_STYLE : Ipopt::TNLP::FORTRAN_STYLE;
-    d.x_lower = read_array(x_L, n, "x_L", error);
-    d.x_upper = read_array(x_U, n, "x_U", error);
-    d.g_lower = read_array(g_L, m, "g_L", error);
-    d.g_upper = read_array(g_U, m, "g_U", error);
-    d.variable_players = read_players(variable_players, n, "variable_players", error);
-    d.constraint_players = read_players(constraint_players, m, "constraint_players", error);
-    if (error.empty())
-      problem = new IpminmaxProblemInfo(std::move(d));
-    else
-      say(nullptr, std::move(error));
+    d.x_lower = read_array(x_L, n, "x_L");
+    d.x_upper = read_array(x_U, n, "x_U");
+    d.g_lower = read_array(g_L, m, "g_L");
+    d.g_upper = read_array(g_U, m, "g_U");
+    d.variable_players = read_players(variable_players, n, "variable_players");
+    d.constraint_players = read_players(constraint_players, m, "constraint_players");
+    problem = new IpminmaxProblemInfo(std::move(d));
     return IPMINMAX_SOLVE_SUCCEEDED;
   });
   return problem;
@@ -336,94 +312,77 @@ int IpminmaxAddIntOption(IpminmaxProblem problem, const char* keyword, int val) 
 }
 
 int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char* file_name, int print_level) {
-  return guarded(problem, [&]() -> std::string {
-    if (file_name == nullptr) return "the file's name is NULL";
-    if (print_level < 0 || print_level >= Ipopt::J_LAST_LEVEL) {
-      return "print_level = " + std::to_string(print_level) + " is not in [0, " +
-             std::to_string(Ipopt::J_LAST_LEVEL - 1) + "]";
-    }
+  return guarded(problem, [&] {
+    if (file_name == nullptr) refuse("the file's name is NULL");
+    if (print_level < 0 || print_level >= Ipopt::J_LAST_LEVEL)
+      refuse("print_level = ", print_level, " is not in [0, ", Ipopt::J_LAST_LEVEL - 1, "]");
     const auto level = static_cast<Ipopt::EJournalLevel>(print_level);
-    if (problem->application->OpenOutputFile(file_name, level)) return {};
-    return "cannot open output file \"" + std::string(file_name) + "\"";
+    if (!problem->application->OpenOutputFile(file_name, level))
+      refuse("cannot open output file \"", file_name, "\"");
   });
 }
 
 int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double* x_scaling,
                        const double* g_scaling) {
-  return guarded(problem, [&]() -> std::string {
+  return guarded(problem, [&] {
     CallbackTNLP& model = *problem->model;
-    std::string error;
-    if (!is_sane_scaling(std::abs(obj_scaling))) {
-      return "obj_scaling = " + text_of(obj_scaling) + " is not of a size in [" +
-             text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
-    }
-    auto x = read_scaling(x_scaling, model.definition.n, "x_scaling", error);
-    auto g = read_scaling(g_scaling, model.definition.m, "g_scaling", error);
-    if (!error.empty()) return error;
+    if (!is_sane_scaling(std::abs(obj_scaling)))
+      refuse("obj_scaling = ", text_of(obj_scaling), " is not of a size in ", kScalings);
+    auto x = read_scaling(x_scaling, model.definition.n, "x_scaling");
+    auto g = read_scaling(g_scaling, model.definition.m, "g_scaling");
     model.objective_scaling = obj_scaling;
     model.x_scaling = std::move(x);
     model.g_scaling = std::move(g);
-    return {};
   });
 }
 
 int IpminmaxSetBounds(IpminmaxProblem problem, const double* x_L, const double* x_U,
                       const double* g_L, const double* g_U) {
-  return guarded(problem, [&]() -> std::string {
-    if (problem->solving) return "the problem is being solved: its bounds cannot change";
+  return guarded(problem, [&] {
+    if (problem->solving) refuse("the problem is being solved: its bounds cannot change");
     CallbackDefinition& d = problem->model->definition;
-    std::string error;
     const auto read = [&](const double* values, const std::vector<double>& present,
                           const char* name) {
-      return values == nullptr
-                 ? present
-                 : read_array(values, static_cast<Index>(present.size()), name, error);
+      return values == nullptr ? present
+                               : read_array(values, static_cast<Index>(present.size()), name);
     };
     auto x_lower = read(x_L, d.x_lower, "x_L"), x_upper = read(x_U, d.x_upper, "x_U");
     auto g_lower = read(g_L, d.g_lower, "g_L"), g_upper = read(g_U, d.g_upper, "g_U");
-    if (!error.empty()) return error;
     d.x_lower = std::move(x_lower);
     d.x_upper = std::move(x_upper);
     d.g_lower = std::move(g_lower);
     d.g_upper = std::move(g_upper);
-    return {};
   });
 }
 
 int IpminmaxSetRowsCallback(IpminmaxProblem problem, IpminmaxEval_Rows_CB eval_rows) {
-  return guarded(problem, [&]() -> std::string {
-    problem->model->rows = eval_rows;
-    return {};
-  });
+  return guarded(problem, [&] { problem->model->rows = eval_rows; });
 }
 
 int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
                                     IpminmaxIntermediate_CB intermediate_cb) {
-  return guarded(problem, [&]() -> std::string {
-    problem->model->intermediate = intermediate_cb;
-    return {};
-  });
+  return guarded(problem, [&] { problem->model->intermediate = intermediate_cb; });
 }
 
 IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double* x, double* g, double* obj_val,
                                    double* mult_g, double* mult_x_L, double* mult_x_U,
                                    void* user_data) {
-  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
-                       Call::Solve);
+  return solve_guarded(problem, {{x, mult_x_L, mult_x_U, g, mult_g}, obj_val}, user_data,
+                       &MinMaxApplication::OptimizeTNLP);
 }
 
 IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double* x, double* g,
                                         double* obj_val, double* mult_g, double* mult_x_L,
                                         double* mult_x_U, void* user_data) {
-  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
-                       Call::Again);
+  return solve_guarded(problem, {{x, mult_x_L, mult_x_U, g, mult_g}, obj_val}, user_data,
+                       &MinMaxApplication::ReOptimizeTNLP);
 }
 
 IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double* x, double* g,
                                             double* obj_val, double* mult_g, double* mult_x_L,
                                             double* mult_x_U, void* user_data) {
-  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
-                       Call::OverRanks);
+  return solve_guarded(problem, {{x, mult_x_L, mult_x_U, g, mult_g}, obj_val}, user_data,
+                       &MinMaxApplication::OptimizeTNLPOverRanks);
 }
 
 const char* IpminmaxStatusName(IpminmaxProblem problem) {

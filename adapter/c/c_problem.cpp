@@ -1,9 +1,10 @@
 #include "adapter/c/c_problem.hpp"
 
-#include <IpOptionsList.hpp>
 #include <array>
 #include <cstdio>
 #include <cstring>
+
+#include "adapter/ipopt/exact_options.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -31,29 +32,20 @@ void say_fixed(IpminmaxProblemInfo* problem, const char* text) noexcept {
 
 const char* message_without_problem() noexcept { return creation_message.data(); }
 
-std::string name_of_entry(const char* array, std::size_t i) {
-  return std::string(array) + "[" + std::to_string(i) + "]";
-}
-
 std::vector<double> read_array(const double* values, Index count, const char* name,
-                               std::string& error) {
-  if (count <= 0 || !error.empty()) return {};
-  if (values == nullptr) {
-    error = std::string(name) + " is NULL";
-    return {};
-  }
-  const std::vector<double> result(values, values + count);
+                               bool may_be_null) {
+  if (count <= 0 || (values == nullptr && may_be_null)) return {};
+  if (values == nullptr) refuse(name, " is NULL");
+  std::vector<double> result(values, values + count);
   const auto nan = std::ranges::find_if(result, [](double v) { return v != v; });
-  if (nan != result.end()) {
-    error = name_of_entry(name, static_cast<std::size_t>(nan - result.begin())) + " is NaN";
-  }
+  if (nan != result.end()) refuse(name, "[", nan - result.begin(), "] is NaN");
   return result;
 }
 
 bool asks_for_hessian(const IpminmaxProblemInfo& problem) {
-  std::string source;
-  return !problem.application->Options()->GetStringValue("hessian_approximation", source, "") ||
-         source == "exact";
+  std::string source = "exact";
+  read_option(*problem.application->Options(), "hessian_approximation", source);
+  return source == "exact";
 }
 
 void write_sized(const void* from, std::size_t known, void* to, std::size_t size) {

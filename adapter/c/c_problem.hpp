@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "adapter/c/ipminmax.h"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/minmax_application.hpp"
 #include "adapter/ipopt/minmax_tnlp.hpp"
 #include "adapter/ipopt/optional_players.hpp"
@@ -34,11 +35,6 @@ struct CallbackDefinition {
   std::vector<Player> constraint_players{};  ///< m, or empty: implied
 };
 
-/// Primal and dual variables: n, m, n, n.
-struct PrimalDualPoint {
-  std::vector<double> x, lambda, z_lower, z_upper;
-};
-
 /// The C model as an Ipopt model.
 class CallbackTNLP : public MinMaxTNLP,
                      public OptionalPlayers,
@@ -61,10 +57,8 @@ class CallbackTNLP : public MinMaxTNLP,
   std::vector<double> x_scaling, g_scaling;                   ///< n and m, or empty: none
   std::vector<std::string> variable_names, constraint_names;  ///< n and m, or empty: none
   void* user_data = nullptr;
-  PrimalDualPoint start;   ///< multipliers may be empty unless the start is warm
-  PrimalDualPoint answer;  ///< of finalize_solution
-  std::vector<double> g;
-  double objective = 0.0;
+  Result start;            ///< the point; multipliers may be empty unless the start is warm
+  Result answer;           ///< point, values and multipliers of finalize_solution
   bool finalized = false;  ///< whether the current solve has an answer
 
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
@@ -111,7 +105,7 @@ class CallbackTNLP : public MinMaxTNLP,
   }
   bool get_starting_point(Index, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
                           Index, bool init_lambda, double* lambda) override {
-    if (init_x) copy_to(x, start.x);
+    if (init_x) copy_to(x, start.v);
     if (init_z) copy_to(z_L, start.z_lower);
     if (init_z) copy_to(z_U, start.z_upper);
     if (init_lambda) copy_to(lambda, start.lambda);
@@ -170,15 +164,15 @@ class CallbackTNLP : public MinMaxTNLP,
            is_true(intermediate(2, iter, value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, user_data));
   }
   void finalize_solution(Ipopt::SolverReturn, Index n, const double* x, const double* z_L,
-                         const double* z_U, Index m, const double* g_values, const double* lambda,
+                         const double* z_U, Index m, const double* g, const double* lambda,
                          double obj_value, const Ipopt::IpoptData*,
                          Ipopt::IpoptCalculatedQuantities*) override {
-    answer.x.assign(x, x + n);
+    answer.v.assign(x, x + n);
     answer.z_lower.assign(z_L, z_L + n);
     answer.z_upper.assign(z_U, z_U + n);
     answer.lambda.assign(lambda, lambda + m);
-    g.assign(g_values, g_values + m);
-    objective = obj_value;
+    answer.constraints.assign(g, g + m);
+    answer.objective = obj_value;
     finalized = true;
   }
 
@@ -235,11 +229,23 @@ class Solving : Uncopied {
   IpminmaxProblemInfo& problem_;
 };
 
+/// What is wrong with a call: the message of the problem.
+struct Refused {
+  std::string why;
+};
+[[noreturn]] void refuse(const auto&... why) { throw Refused{concat(why...)}; }
+inline void require_none(const std::string& error) {
+  if (!error.empty()) refuse(error);
+}
+
 /// Runs action, which returns a status. No exception leaves.
 template <class Action>
 IpminmaxReturnStatus attempt(IpminmaxProblemInfo* problem, Action action) noexcept {
   try {
     return action();
+  } catch (Refused& refused) {
+    say(problem, std::move(refused.why));
+    return IPMINMAX_INVALID_PROBLEM_DEFINITION;
   } catch (const std::bad_alloc&) {
     say_fixed(problem, "out of memory");
     return IPMINMAX_INSUFFICIENT_MEMORY;
@@ -249,7 +255,7 @@ IpminmaxReturnStatus attempt(IpminmaxProblemInfo* problem, Action action) noexce
   }
 }
 
-/// Runs action, which returns an error or nothing; 1 when there is none. No exception leaves.
+/// Runs action; 1 when it ends. No exception leaves.
 template <class Action>
 int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
   if (problem == nullptr) {
@@ -257,18 +263,14 @@ int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
     return 0;
   }
   return attempt(problem, [&] {
-           std::string error = action();
-           if (error.empty()) return IPMINMAX_SOLVE_SUCCEEDED;
-           say(problem, std::move(error));
-           return IPMINMAX_INVALID_PROBLEM_DEFINITION;
+           action();
+           return IPMINMAX_SOLVE_SUCCEEDED;
          }) == IPMINMAX_SOLVE_SUCCEEDED;
 }
 
-/// array[i], as messages name it.
-[[nodiscard]] std::string name_of_entry(const char* array, std::size_t i);
-/// Copies count entries; error names the array when it is missing or the entry that is NaN.
+/// Copies count entries. Refuses NULL, unless it means none (may_be_null), and NaN.
 [[nodiscard]] std::vector<double> read_array(const double* values, Index count, const char* name,
-                                             std::string& error);
+                                             bool may_be_null = false);
 /// Whether second derivatives are asked of the model: a callback for them then has to answer.
 [[nodiscard]] bool asks_for_hessian(const IpminmaxProblemInfo& problem);
 

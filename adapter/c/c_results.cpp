@@ -22,15 +22,15 @@ IpminmaxInertia to_c(const Inertia& inertia) {
   return {inertia.positive, inertia.negative, inertia.zero};
 }
 
-constexpr const char* kNoCallback =
-    "there is a current iterate only inside the intermediate callback";
-
-/// What is wrong with array sizes given to the functions for the current iterate.
-std::string error_of_sizes(const Problem& problem, int n, int m) {
+/// The current iterate. Refuses array sizes other than the problem's.
+Result current_iterate(const Problem& problem, int n, int m) {
   const CallbackDefinition& d = problem.model->definition;
-  if (n != d.n) return "n = " + std::to_string(n) + ", but there are " + std::to_string(d.n);
-  if (m != d.m) return "m = " + std::to_string(m) + ", but there are " + std::to_string(d.m);
-  return {};
+  if (n != d.n) refuse("n = ", n, ", but there are ", d.n);
+  if (m != d.m) refuse("m = ", m, ", but there are ", d.m);
+  Result current;
+  if (!problem.application->GetCurrentIterate(current))
+    refuse("there is a current iterate only inside the intermediate callback");
+  return current;
 }
 
 /// Sizes of the structures when they were first fixed: those of a caller who does not tell. They
@@ -41,15 +41,8 @@ constexpr std::size_t kFirstStatistics =
     offsetof(IpminmaxStatistics, objective_scale) + sizeof(double);
 constexpr std::size_t kFirstWorstCase = offsetof(IpminmaxWorstCase, stated_concave) + sizeof(int);
 
-/// A structure of the caller's.
-template <class Structure>
-struct Target {
-  Structure* structure;
-  std::size_t size;
-};
-
 /// Fills the caller's structure and array.
-void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> target,
+void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase* target, std::size_t size,
            double* worst_x) {
   IpminmaxWorstCase to{};
   to.starts = from.starts;
@@ -61,7 +54,7 @@ void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> ta
   to.unbounded = from.unbounded;
   to.single_branch = from.single_branch;
   to.stated_concave = from.stated_concave;
-  write_sized(&to, sizeof to, target.structure, target.size);
+  write_sized(&to, sizeof to, target, size);
   problem.branches = from.branches;
   copy_to(worst_x, from.v);
 }
@@ -69,25 +62,21 @@ void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> ta
 /// Asks about a point as IpminmaxSolve would: reads the options file; refuses calls from callbacks
 /// of the model. ask: takes the application, the model and n values.
 template <class Ask>
-std::string ask_at(Problem& problem, const double* x, void* user_data, const Ask& ask) {
-  if (problem.solving) return "the problem is being solved";
-  std::string error;
-  const std::vector<double> v = read_array(x, problem.model->definition.n, "x", error);
-  if (!error.empty()) return error;
-  if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
-    return problem.application->LastResult().message;
-  }
+void ask_at(Problem& problem, const double* x, void* user_data, const Ask& ask) {
+  if (problem.solving) refuse("the problem is being solved");
+  const std::vector<double> v = read_array(x, problem.model->definition.n, "x");
+  if (problem.application->Initialize() != Ipopt::Solve_Succeeded)
+    refuse(problem.application->LastResult().message);
   problem.model->user_data = user_data;
   problem.model->needs_hessian = asks_for_hessian(problem);
-  problem.model->start.x = v;
+  problem.model->start.v = v;
   const Solving solving(problem);
-  return ask(*problem.application, GetRawPtr(problem.model), v);
+  require_none(ask(*problem.application, GetRawPtr(problem.model), v));
 }
 
-std::string error_of_answer(const Problem& problem, const void* target) {
-  if (target == nullptr) return "the structure to be filled is NULL";
-  if (!problem.answered) return "no solve has reached a first iterate";
-  return {};
+void require_answer(const Problem& problem, const void* target) {
+  if (target == nullptr) refuse("the structure to be filled is NULL");
+  if (!problem.answered) refuse("no solve has reached a first iterate");
 }
 
 }  // namespace
@@ -104,8 +93,8 @@ int(IpminmaxGetCertificate)(IpminmaxProblem problem, IpminmaxCertificate* certif
 
 int IpminmaxGetCertificateSized(IpminmaxProblem problem, IpminmaxCertificate* certificate,
                                 size_t size) {
-  return guarded(problem, [&]() -> std::string {
-    if (auto error = error_of_answer(*problem, certificate); !error.empty()) return error;
+  return guarded(problem, [&] {
+    require_answer(*problem, certificate);
     const Certificate& from = problem->application->LastResult().certificate;
     IpminmaxCertificate to{};
     to.point_kind = static_cast<IpminmaxPointKind>(from.kind);
@@ -132,7 +121,6 @@ int IpminmaxGetCertificateSized(IpminmaxProblem problem, IpminmaxCertificate* ce
     }
     to.reasons = problem->reasons.c_str();
     write_sized(&to, sizeof to, certificate, size);
-    return {};
   });
 }
 
@@ -142,12 +130,10 @@ int(IpminmaxGetStatistics)(IpminmaxProblem problem, IpminmaxStatistics* statisti
 
 int IpminmaxGetStatisticsSized(IpminmaxProblem problem, IpminmaxStatistics* statistics,
                                size_t size) {
-  return guarded(problem, [&]() -> std::string {
+  return guarded(problem, [&] {
     Result current;
     const bool now = statistics != nullptr && problem->application->GetCurrentIterate(current);
-    if (!now) {
-      if (auto error = error_of_answer(*problem, statistics); !error.empty()) return error;
-    }
+    if (!now) require_answer(*problem, statistics);
     IpminmaxStatistics to{};
     const Result& from = now ? current : problem->application->LastResult();
     to.iterations = from.iterations;
@@ -167,37 +153,26 @@ int IpminmaxGetStatisticsSized(IpminmaxProblem problem, IpminmaxStatistics* stat
     to.error = from.error.total;
     to.objective_scale = from.objective_scale;
     write_sized(&to, sizeof to, statistics, size);
-    return {};
   });
 }
 
 int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double* x, double* z_L, double* z_U,
                               int m, double* g, double* lambda) {
-  return guarded(problem, [&]() -> std::string {
-    if (auto error = error_of_sizes(*problem, n, m); !error.empty()) return error;
-    Result current;
-    if (!problem->application->GetCurrentIterate(current)) return kNoCallback;
-    fill({x, z_L, z_U, g, lambda}, current);
-    return {};
-  });
+  return guarded(problem, [&] { fill({x, z_L, z_U, g, lambda}, current_iterate(*problem, n, m)); });
 }
 
 int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double* x_L_violation,
                                  double* x_U_violation, double* compl_x_L, double* compl_x_U,
                                  double* grad_lag_x, int m, double* nlp_constraint_violation,
                                  double* compl_g) {
-  return guarded(problem, [&]() -> std::string {
-    if (auto error = error_of_sizes(*problem, n, m); !error.empty()) return error;
-    Result inside;
-    if (!problem->application->GetCurrentIterate(inside)) return kNoCallback;
+  return guarded(problem, [&] {
+    static_cast<void>(current_iterate(*problem, n, m));  // there has to be one
     Violations found;
-    if (!problem->application->GetCurrentViolations(found)) {
-      return "the first derivatives are undefined at the iterate";
-    }
+    if (!problem->application->GetCurrentViolations(found))
+      refuse("the first derivatives are undefined at the iterate");
     fill({x_L_violation, x_U_violation, compl_x_L, compl_x_U, grad_lag_x, nlp_constraint_violation,
           compl_g},
          found);
-    return {};
   });
 }
 
@@ -210,12 +185,12 @@ int(IpminmaxCheckWorstCase)(IpminmaxProblem problem, const double* x, int starts
 int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double* x, int starts,
                                 IpminmaxWorstCase* worst_case, size_t size, double* worst_x,
                                 void* user_data) {
-  return guarded(problem, [&]() -> std::string {
-    if (worst_case == nullptr) return "the structure to be filled is NULL";
-    return ask_at(*problem, x, user_data, [&](auto& application, auto* model, auto& v) {
+  return guarded(problem, [&] {
+    if (worst_case == nullptr) refuse("the structure to be filled is NULL");
+    ask_at(*problem, x, user_data, [&](auto& application, auto* model, auto& v) {
       WorstCaseCheck check;
       const std::string error = application.CheckWorstCase(model, v, starts, check);
-      if (error.empty()) write(*problem, check.found, {worst_case, size}, worst_x);
+      if (error.empty()) write(*problem, check.found, worst_case, size, worst_x);
       return error;
     });
   });
@@ -224,7 +199,7 @@ int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double* x, int st
 int IpminmaxFindGap(IpminmaxProblem problem, const double* x, double* most, double* least,
                     int* saddle_point, void* user_data) {
   return guarded(problem, [&] {
-    return ask_at(*problem, x, user_data, [&](auto& application, auto* model, auto& v) {
+    ask_at(*problem, x, user_data, [&](auto& application, auto* model, auto& v) {
       DualityGap gap;
       std::string error = application.FindGap(model, v, gap);
       if (most != nullptr) *most = gap.most;
@@ -241,10 +216,9 @@ int(IpminmaxGetWorstCase)(IpminmaxProblem problem, IpminmaxWorstCase* worst_case
 
 int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase* worst_case, size_t size,
                               double* worst_x) {
-  return guarded(problem, [&]() -> std::string {
-    if (auto error = error_of_answer(*problem, worst_case); !error.empty()) return error;
-    write(*problem, problem->application->LastResult().worst_case, {worst_case, size}, worst_x);
-    return {};
+  return guarded(problem, [&] {
+    require_answer(*problem, worst_case);
+    write(*problem, problem->application->LastResult().worst_case, worst_case, size, worst_x);
   });
 }
 
@@ -252,7 +226,7 @@ int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double* 
   if (problem == nullptr) return 0;
   const std::vector<double>& branches = problem->branches;
   const int most = std::min(capacity, static_cast<int>(branches.size()));
-  for (int k = 0; values != nullptr && k < most; ++k) values[k] = branches[at(k)];
+  if (values != nullptr) std::copy_n(branches.begin(), most, values);
   return static_cast<int>(branches.size());
 }
 
@@ -266,7 +240,7 @@ int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int* cons
     const auto put = [k](auto* to, auto value) {
       if (to != nullptr) to[k] = value;
     };
-    put(constraints, static_cast<int>(from.constraint));
+    put(constraints, from.constraint);
     put(values, from.value);
     put(multipliers, from.multiplier);
     put(active, from.active);
@@ -283,7 +257,7 @@ int IpminmaxGetPoints(IpminmaxProblem problem, int capacity, double* values, int
   for (int k = 0; k < most; ++k) {
     const DistinctPoint& from = points[at(k)];
     if (values != nullptr) values[k] = from.result.objective;
-    if (found != nullptr) found[k] = static_cast<int>(from.found);
+    if (found != nullptr) found[k] = from.found;
     if (x != nullptr) std::ranges::copy(from.result.v, x + at(k) * from.result.v.size());
   }
   return static_cast<int>(points.size());
@@ -293,10 +267,8 @@ const char* IpminmaxStatement(IpminmaxProblem problem, int which) {
   if (problem == nullptr || problem->solving || !problem->answered || which < 0 || which > 3) {
     return "";
   }
-  const bool done = guarded(problem, [&]() -> std::string {
-                      problem->statement =
-                          statements(problem->application->LastResult())[at(which)];
-                      return {};
-                    }) != 0;
-  return done ? problem->statement.c_str() : "";
+  const auto read = [&] {
+    problem->statement = statements(problem->application->LastResult())[at(which)];
+  };
+  return guarded(problem, read) != 0 ? problem->statement.c_str() : "";
 }

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,22 +21,18 @@ using Problem = ::IpminmaxProblemInfo;
 constexpr std::size_t kFirstActiveSetChange =
     offsetof(IpminmaxActiveSetChange, enters) + sizeof(int);
 
-constexpr const char* kNoSensitivity =
-    "no sensitivity: IpminmaxUpdateSensitivity has not succeeded since the last solve";
-
-/// Runs action with the sensitivity; errors of its arguments are returned.
+/// Runs action with the sensitivity.
 template <class Action>
-std::string with_sensitivity(Problem& problem, std::string error, Action action) {
-  if (!error.empty()) return error;
-  if (!problem.sensitivity_fits) return kNoSensitivity;
+void with_sensitivity(Problem& problem, Action action) {
+  if (!problem.sensitivity_fits)
+    refuse("no sensitivity: IpminmaxUpdateSensitivity has not succeeded since the last solve");
   try {
     action(problem.sensitivity);
   } catch (const std::invalid_argument& wrong) {
-    return wrong.what();
+    refuse(wrong.what());
   } catch (const std::runtime_error& singular) {
-    return singular.what();
+    refuse(singular.what());
   }
-  return {};
 }
 
 /// Changes of the bounds; NULL is none.
@@ -49,26 +44,19 @@ template <class Action>
 int along_bounds(Problem* problem, const BoundArrays& by, Action action) {
   return guarded(problem, [&] {
     const CallbackDefinition& d = problem->model->definition;
-    std::string error;
-    const auto read = [&](const double* values, Index count, const char* name) {
-      return values == nullptr ? std::vector<double>() : read_array(values, count, name, error);
-    };
-    BoundChange change;
-    change.variable_lower = read(by.x_L, d.n, "dx_L");
-    change.variable_upper = read(by.x_U, d.n, "dx_U");
-    change.constraint_lower = read(by.g_L, d.m, "dg_L");
-    change.constraint_upper = read(by.g_U, d.m, "dg_U");
-    return with_sensitivity(*problem, error, [&](Sensitivity& of) { action(of, change); });
+    const BoundChange change{.variable_lower = read_array(by.x_L, d.n, "dx_L", true),
+                             .variable_upper = read_array(by.x_U, d.n, "dx_U", true),
+                             .constraint_lower = read_array(by.g_L, d.m, "dg_L", true),
+                             .constraint_upper = read_array(by.g_U, d.m, "dg_U", true)};
+    with_sensitivity(*problem, [&](Sensitivity& of) { action(of, change); });
   });
 }
 
 template <class Action>
 int after_move(Problem* problem, const double* dx_min, Action action) {
   return guarded(problem, [&] {
-    std::string error;
-    const std::vector<double> move =
-        read_array(dx_min, problem->model->definition.n, "dx_min", error);
-    return with_sensitivity(*problem, error, [&](Sensitivity& of) { action(of, move); });
+    const std::vector<double> move = read_array(dx_min, problem->model->definition.n, "dx_min");
+    with_sensitivity(*problem, [&](Sensitivity& of) { action(of, move); });
   });
 }
 
@@ -104,15 +92,14 @@ void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
 using namespace ipminmax;  // this file ends here
 
 int IpminmaxUpdateSensitivity(IpminmaxProblem problem) {
-  return guarded(problem, [&]() -> std::string {
-    if (problem->solving) return "the problem is being solved";
+  return guarded(problem, [&] {
+    if (problem->solving) refuse("the problem is being solved");
     const Solving solving(*problem);  // the model's functions are called
     problem->changes.clear();
     problem->sensitivity_fits = false;
-    if (!problem->answered) return "no solve has reached a first iterate";
-    std::string error = problem->application->UpdateSensitivity(problem->sensitivity);
-    problem->sensitivity_fits = error.empty();
-    return error;
+    if (!problem->answered) refuse("no solve has reached a first iterate");
+    require_none(problem->application->UpdateSensitivity(problem->sensitivity));
+    problem->sensitivity_fits = true;
   });
 }
 

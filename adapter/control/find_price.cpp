@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "adapter/control/horizon_shift.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/log.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/robust.hpp"
@@ -58,10 +59,7 @@ class Continuation {
       const double next = refused_ == 0.0 ? std::max(price * search_.ratio, search_.least)
                                           : std::sqrt(price * refused_);
       if (refused_ > 0.0 && price <= (1.0 + search_.tolerance) * refused_) break;
-      if (certifies(next))
-        price = next;
-      else
-        refused_ = next;
+      (certifies(next) ? price : refused_) = next;
     }
   }
 
@@ -158,9 +156,8 @@ PriceCurve find_price(Problem& problem, const std::function<void(double)>& set_p
 std::string PriceCurve::table() const {
   std::string text = "price,value,certified,iterations,seconds,status\n";
   for (const PricePoint& p : points) {
-    text += format("%.10g", p.price) + "," + (p.certified ? format("%.10g", p.value) : "") + "," +
-            (p.certified ? "1," : "0,") + std::to_string(p.iterations) + "," +
-            format("%.4g", p.seconds) + "," + std::string(name_of(p.status)) + "\n";
+    text += concat(format("%.10g,", p.price), p.certified ? format("%.10g,1,", p.value) : ",0,",
+                   format("%d,%.4g,", p.iterations, p.seconds), name_of(p.status), "\n");
   }
   return text;
 }
@@ -173,8 +170,7 @@ std::string PriceCurve::picture() const {
   }
   const Axis x = axis_of(prices, 70.0, 570.0), y = axis_of(found, 300.0, 40.0);
   const auto text = [](double at_x, double at_y, const std::string& words) {
-    return "<text x='" + format("%.1f", at_x) + "' y='" + format("%.1f", at_y) + "'>" + words +
-           "</text>\n";
+    return format("<text x='%.1f' y='%.1f'>%s</text>\n", at_x, at_y, words.c_str());
   };
   std::string out =
       "<svg xmlns='http://www.w3.org/2000/svg' width='600' height='360' "
@@ -182,24 +178,22 @@ std::string PriceCurve::picture() const {
       "<rect width='100%' height='100%' fill='white'/>\n"
       "<rect x='70' y='40' width='500' height='260' fill='none' stroke='#888888'/>\n";
   for (int tick = static_cast<int>(std::ceil(x.low)); tick <= x.high; ++tick) {
-    const std::string place = format("%.1f", x.at(tick));
-    out += "<path stroke='#dddddd' d='M" + place + " 40v260'/>\n" +
+    out += format("<path stroke='#dddddd' d='M%.1f 40v260'/>\n", x.at(tick)) +
            text(x.at(tick), 316.0, format("%.4g", std::pow(10.0, tick)));
   }
   for (const double share : {0.1, 0.5, 0.9}) {
     const double value = y.low + share * (y.high - y.low);
-    out += "<path stroke='#dddddd' d='M70 " + format("%.1f", y.at(value)) + "h500'/>\n" +
+    out += format("<path stroke='#dddddd' d='M70 %.1fh500'/>\n", y.at(value)) +
            text(36.0, y.at(value) + 4.0, format("%.4g", value));
   }
   std::string line, marks;
   for (const PricePoint& p : points) {
-    const std::string place = format("%.1f", x.at(std::log10(p.price)));
+    const double place = x.at(std::log10(p.price)), height = y.at(p.value);
     if (p.certified) {
-      const std::string height = format("%.1f", y.at(p.value));
-      line += place + "," + height + " ";
-      marks += "<circle r='3' fill='#3050c0' cx='" + place + "' cy='" + height + "'/>\n";
+      line += format("%.1f,%.1f ", place, height);
+      marks += format("<circle r='3' fill='#3050c0' cx='%.1f' cy='%.1f'/>\n", place, height);
     } else {
-      marks += "<path stroke='#c03030' d='M" + place + " 286l8 8m-8 0l8 -8' />\n";
+      marks += format("<path stroke='#c03030' d='M%.1f 286l8 8m-8 0l8 -8' />\n", place);
     }
   }
   return out + "<polyline fill='none' stroke='#3050c0' points='" + line + "'/>\n" + marks +

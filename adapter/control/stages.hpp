@@ -163,17 +163,18 @@ class StageGame : public Problem {
     shared_ = np + gains() + disturbance_gains() + (free_time() ? 1 : 0);
     locals_ = kBlock + nx + shared_ + h_.memory * nw;
     local_.resize(locals_);
-    stage_tape_.emplace(index(locals_), kRows + 1);
-    wide_tape_.emplace(index(locals_), kRows + 1);
+    one_.emplace(locals_);
+    together_.emplace(locals_);
     end_tape_.emplace(index(nx + shared_), nt + 1);
-    describe_variables();
+    describe();
     find_structure();
   }
 
   /// Gives access to the model, to change numbers in its formulas for the next solves. They must
   /// read the same variables as before.
   [[nodiscard]] Model& model() {
-    forget();
+    value_point_.clear();
+    derivative_point_.clear();
     return model_;
   }
   [[nodiscard]] const Model& model() const { return model_; }
@@ -198,9 +199,8 @@ class StageGame : public Problem {
     need(s.size() == nx, "initial: one value per state");
     h_.initial.assign(s.begin(), s.end());
     for (const auto i : up_to(nx)) {
-      const double spread = h_.initial_spread.empty() ? 0.0 : h_.initial_spread[i];
-      structure_.variable_lower[i] = s[i] - spread;
-      structure_.variable_upper[i] = s[i] + spread;
+      structure_.variable_lower[i] = s[i] - h_.initial_spread[i];
+      structure_.variable_upper[i] = s[i] + h_.initial_spread[i];
       start_.v[i] = s[i];
     }
   }
@@ -362,46 +362,33 @@ class StageGame : public Problem {
                              std::span<const double> lambda, bool, std::span<double> to) override {
     std::ranges::fill(to, 0.0);
     std::size_t place = 0;
-    const auto skips = [&](std::size_t k) {  // a group in which nothing has a weight
-      const auto weights = lambda.subspan(k * kRows, (end_of_group(k) - k) * kRows);
-      return sigma == 0.0 && std::ranges::all_of(weights, [](double w) { return w == 0.0; });
+    const auto take = [&](auto& of, std::size_t first) {
+      of.weights.resize(kRows + 1);
+      of.weights[kRows].fill(sigma);
+      for (const auto l : up_to(of.count)) {
+        for (const auto j : up_to(kRows)) of.weights[j][l] = lambda[(first + l) * kRows + j];
+      }
+      of.values.assign(stage_pattern_.hessian.size(), {});
+      of.tape.hessian_at(of.weights, of.values);
     };
-    for (std::size_t k = 0; k < h_.stages;) {
-      if (skips(k)) {
-        for (const std::size_t end = end_of_group(k); k < end; ++k) {
-          for (const Triplet& entry : stage_pattern_.hessian) place += is_there(k, entry) ? 1 : 0;
-        }
-        continue;
+    const auto put = [&](std::size_t k, auto value_of) {
+      for (const auto e : up_to(stage_pattern_.hessian.size())) {
+        if (is_there(k, stage_pattern_.hessian[e])) to[place++] = value_of(e);
       }
-      if (record_wide(v, k)) {
-        wide_weights_.resize(kRows + 1);
-        wide_weights_[kRows].fill(sigma);
-        for (const auto l : up_to(kLanes)) {
-          for (const auto j : up_to(kRows)) wide_weights_[j][l] = lambda[(k + l) * kRows + j];
-        }
-        wide_values_.assign(stage_pattern_.hessian.size(), {});
-        wide_tape_->hessian_at(wide_weights_, wide_values_);
-        for (const auto l : up_to(kLanes)) {
-          for (const auto& value : wide_values_) to[place++] = value[l];
-        }
-        k += kLanes;
-        continue;
-      }
-      for (const std::size_t end = end_of_group(k); k < end; ++k) {
-        record_stage(v, k);
-        weights_.assign(kRows + 1, sigma);
-        std::ranges::copy(lambda.subspan(k * kRows, kRows), weights_.begin());
-        stage_values_.assign(stage_pattern_.hessian.size(), 0.0);
-        stage_tape_->hessian(weights_, stage_values_);
-        for (const auto e : up_to(stage_values_.size())) {
-          if (is_there(k, stage_pattern_.hessian[e])) to[place++] = stage_values_[e];
-        }
+    };
+    for (std::size_t k = 0; k < h_.stages; k = end_of_group(k)) {
+      const std::size_t count = end_of_group(k) - k;
+      const auto weights = lambda.subspan(k * kRows, count * kRows);
+      if (sigma != 0.0 || std::ranges::any_of(weights, [](double w) { return w != 0.0; })) {
+        derive_group(v, k, take, put);
+      } else {
+        for (const auto l : up_to(count)) put(k + l, [](std::size_t) { return 0.0; });
       }
     }
     record_end(v);
-    weights_.assign(nt + 1, sigma);
-    std::ranges::copy(lambda.subspan(h_.stages * kRows, nt), weights_.begin());
-    end_tape_->hessian(weights_, to.subspan(place));
+    end_weights_.assign(nt + 1, sigma);
+    std::ranges::copy(lambda.subspan(h_.stages * kRows, nt), end_weights_.begin());
+    end_tape_->hessian(end_weights_, to.subspan(place));
     return all_finite(to);
   }
 
@@ -471,102 +458,84 @@ class StageGame : public Problem {
     bounds(h_.gain_lower, h_.gain_upper, gains(), "bounds of gains: in order");
     fill(h_.control_guess, nu, 0.0, "control_guess: one per control");
     fill(h_.parameter_guess, np, 0.0, "parameter_guess: one per parameter");
-    if (!h_.final_guess.empty()) fill(h_.final_guess, nx, 0.0, "final_guess: one per state");
-    if (!h_.initial_spread.empty()) fill(h_.initial_spread, nx, 0.0, "initial_spread: per state");
-    for (const auto* names : {&h_.state_names, &h_.control_names, &h_.disturbance_names}) {
-      const std::size_t size = names == &h_.state_names ? nx : names == &h_.control_names ? nu : nw;
-      need(names->empty() || names->size() == size, "names: one each, or none");
-    }
+    if (h_.final_guess.empty())
+      h_.final_guess = h_.initial;
+    else
+      fill(h_.final_guess, nx, 0.0, "final_guess: one per state");
+    fill(h_.initial_spread, nx, 0.0, "initial_spread: per state");
+    const auto names = [](const std::vector<std::string>& given, std::size_t size) {
+      need(given.empty() || given.size() == size, "names: one each, or none");
+    };
+    names(h_.state_names, nx);
+    names(h_.control_names, nu);
+    names(h_.disturbance_names, nw);
   }
 
-  void describe_variables() {
-    const std::size_t n = variables();
-    structure_.variable_players.assign(n, Player::Max);
-    structure_.variable_lower.assign(n, -kNone);
-    structure_.variable_upper.assign(n, kNone);
-    start_.v.assign(n, 0.0);
-    const auto put = [&](Index at, Player player, double lower, double upper, double start) {
-      const auto i = static_cast<std::size_t>(at);
-      structure_.variable_players[i] = player;
-      structure_.variable_lower[i] = lower;
-      structure_.variable_upper[i] = upper;
-      start_.v[i] = std::clamp(start, lower, upper);
+  /// Variables and constraints in their order.
+  void describe() {
+    const bool named = h_.stages <= kMostNamed;
+    using Names = std::vector<std::string>;
+    std::string stage;  // ends the names
+    const auto name = [&](const Names& given, const char* stem, std::size_t i) {
+      return (i < given.size() ? given[i] : stem + std::to_string(i)) + stage;
+    };
+    const auto add = [&](Player player, double lower, double upper, double start,
+                         const Names& given, const char* stem, std::size_t i) {
+      structure_.variable_players.push_back(player);
+      structure_.variable_lower.push_back(lower);
+      structure_.variable_upper.push_back(upper);
+      start_.v.push_back(std::clamp(start, lower, upper));
+      if (named) structure_.variable_names.push_back(name(given, stem, i));
+    };
+    const auto add_row = [&](Player player, const char* prefix, const Names& given,
+                             const char* stem, std::size_t i) {
+      structure_.constraint_players.push_back(player);
+      structure_.constraint_lower.push_back(player == Player::Min ? -kNone : 0.0);  // limits
+      structure_.constraint_upper.push_back(0.0);
+      if (named) structure_.constraint_names.push_back(prefix + name(given, stem, i));
     };
     for (std::size_t k = 0; k <= h_.stages; ++k) {
+      if (named) stage = "[" + std::to_string(k) + "]";
       const double share = static_cast<double>(k) / static_cast<double>(h_.stages);
-      for (const auto i : up_to(nx)) {
-        const double to = h_.final_guess.empty() ? h_.initial[i] : h_.final_guess[i];
-        put(state(k, i), Player::Max, -kNone, kNone, (1.0 - share) * h_.initial[i] + share * to);
-      }
+      for (const auto i : up_to(nx))
+        add(Player::Max, -kNone, kNone, (1.0 - share) * h_.initial[i] + share * h_.final_guess[i],
+            h_.state_names, "state", i);
       if (k == h_.stages) break;
       for (const auto i : up_to(nu))
-        put(control(k, i), Player::Min, h_.control_lower[i], h_.control_upper[i],
-            h_.control_guess[i]);
+        add(Player::Min, h_.control_lower[i], h_.control_upper[i], h_.control_guess[i],
+            h_.control_names, "control", i);
       for (const auto i : up_to(nw))
-        put(disturbance(k, i), Player::Max, h_.disturbance_lower[i], h_.disturbance_upper[i], 0.0);
+        add(Player::Max, h_.disturbance_lower[i], h_.disturbance_upper[i], 0.0,
+            h_.disturbance_names, "disturbance", i);
+      for (const auto i : up_to(nx)) add_row(Player::Max, "next_", h_.state_names, "state", i);
+      for (const auto i : up_to(nl)) add_row(Player::Min, "", {}, "limit", i);
     }
+    stage.clear();
     for (const auto i : up_to(np))
-      put(parameter(i), Player::Min, h_.parameter_lower[i], h_.parameter_upper[i],
-          h_.parameter_guess[i]);
+      add(Player::Min, h_.parameter_lower[i], h_.parameter_upper[i], h_.parameter_guess[i], {},
+          "parameter", i);
     for (const auto i : up_to(gains()))
-      put(gain(0, i), Player::Min, h_.gain_lower[i], h_.gain_upper[i], 0.0);
+      add(Player::Min, h_.gain_lower[i], h_.gain_upper[i], 0.0, {}, "gain", i);
     for (const auto i : up_to(disturbance_gains()))
-      put(gain(0, gains() + i), Player::Min, -h_.memory_bound, h_.memory_bound, 0.0);
+      add(Player::Min, -h_.memory_bound, h_.memory_bound, 0.0, {}, "memory", i);
     if (free_time())
-      put(duration(), Player::Min, h_.duration_lower, h_.duration_upper,
-          h_.step * static_cast<double>(h_.stages));
+      add(Player::Min, h_.duration_lower, h_.duration_upper,
+          h_.step * static_cast<double>(h_.stages), {"duration"}, "", 0);
+    for (const auto i : up_to(nt)) add_row(Player::Min, "", {}, "terminal_limit", i);
     set_initial(std::vector<double>(h_.initial));
-    structure_.constraint_lower.assign(rows(), 0.0);
-    structure_.constraint_upper.assign(rows(), 0.0);
-    structure_.constraint_players.assign(rows(), Player::Max);
-    for (const auto k : up_to(h_.stages)) {
-      for (const auto j : up_to(nl)) make_limit(k * kRows + nx + j);
-    }
-    for (const auto j : up_to(nt)) make_limit(h_.stages * kRows + j);
-    if (h_.stages <= kMostNamed) name_all();
-  }
-  void make_limit(std::size_t row) {
-    structure_.constraint_lower[row] = -kNone;
-    structure_.constraint_players[row] = Player::Min;
-  }
-  void name_all() {
-    const auto name = [](const std::vector<std::string>& names, const char* stem, std::size_t i) {
-      return i < names.size() ? names[i] : stem + std::to_string(i);
-    };
-    std::vector<std::string>& of = structure_.variable_names;
-    std::vector<std::string>& rows_of = structure_.constraint_names;
-    for (std::size_t k = 0; k <= h_.stages; ++k) {
-      const std::string at = "[" + std::to_string(k) + "]";
-      for (const auto i : up_to(nx)) of.push_back(name(h_.state_names, "state", i) + at);
-      if (k == h_.stages) break;
-      for (const auto i : up_to(nu)) of.push_back(name(h_.control_names, "control", i) + at);
-      for (const auto i : up_to(nw))
-        of.push_back(name(h_.disturbance_names, "disturbance", i) + at);
-      for (const auto i : up_to(nx))
-        rows_of.push_back("next_" + name(h_.state_names, "state", i) + at);
-      for (const auto i : up_to(nl)) rows_of.push_back(name({}, "limit", i) + at);
-    }
-    const auto add = [](std::vector<std::string>& to, const char* stem, std::size_t count) {
-      for (const auto i : up_to(count)) to.push_back(stem + std::to_string(i));
-    };
-    add(of, "parameter", np);
-    add(of, "gain", gains());
-    add(of, "memory", disturbance_gains());
-    if (free_time()) of.emplace_back("duration");
-    add(rows_of, "terminal_limit", nt);
   }
 
   /// The pattern of all stages together; the first ones lack disturbances before the start.
   void find_structure() {
     for (const auto k : up_to(h_.stages)) {
-      record_stage(start_.v, k);
-      if (k == 0 || stage_pattern_ != stage_tape_->pattern())
-        stage_pattern_ = autodiff::united(stage_pattern_, stage_tape_->pattern());
+      record(*one_, start_.v, k);
+      if (k == 0 || stage_pattern_ != one_->tape.pattern())
+        stage_pattern_ = autodiff::united(stage_pattern_, one_->tape.pattern());
     }
     record_end(start_.v);
     end_pattern_ = end_tape_->pattern();
-    stage_tape_->set_pattern(stage_pattern_);
-    wide_tape_->set_pattern(stage_pattern_);
+    one_->tape.set_pattern(stage_pattern_);
+    together_->tape.set_pattern(stage_pattern_);
     end_tape_->set_pattern(end_pattern_);
     for (const auto k : up_to(h_.stages)) {
       for (const auto& [row, col] : stage_pattern_.jacobian) {
@@ -799,28 +768,45 @@ class StageGame : public Problem {
     return total + last[nt];
   }
 
-  /// Derivatives of several stages at a time. False: they have to be taken one by one, as stages
-  /// differ (functions of the stage's number, the first ones with memory, branches) or are few.
-  [[nodiscard]] bool record_wide(std::span<const double> v, std::size_t k) {
-    if (kTakesPoints || h_.memory > 0 || k + kLanes > h_.stages) return false;
-    wide_local_.resize(locals_);
-    for (const auto l : up_to(kLanes)) {
+  /// Derivatives of L stages at a time.
+  template <std::size_t L>
+  struct Stages {
+    explicit Stages(std::size_t inputs) : local(inputs), tape(index(inputs), kRows + 1) {}
+    static constexpr std::size_t count = L;
+    std::vector<autodiff::Lanes<L>> local, weights, values;
+    autodiff::TapeOf<L> tape;
+  };
+  /// Runs the formulas of L stages from k on. False: they differ in a branch.
+  template <std::size_t L>
+  bool record(Stages<L>& of, std::span<const double> v, std::size_t k) {
+    for (const auto l : up_to(L)) {
       gather<double>(v, k + l, local_);
-      for (const auto i : up_to(locals_)) wide_local_[i][l] = local_[i];
+      for (const auto i : up_to(locals_)) of.local[i][l] = local_[i];
     }
-    using Wide = autodiff::TapedLanes<kLanes>;
-    return wide_tape_->record_at(wide_local_, [&](std::span<const Wide> in, std::span<Wide> out) {
-      run_stage<Wide>(k, in, out);
+    using Number = autodiff::TapedLanes<L>;
+    return of.tape.record_at(of.local, [&](std::span<const Number> in, std::span<Number> out) {
+      run_stage<Number>(k, in, out);
     });
   }
   [[nodiscard]] std::size_t end_of_group(std::size_t k) const {
     return std::min(k + kLanes, h_.stages);
   }
-  void record_stage(std::span<const double> v, std::size_t k) {
-    gather<double>(v, k, local_);
-    stage_tape_->record(local_, [&](std::span<const Taped> in, std::span<Taped> out) {
-      run_stage<Taped>(k, in, out);
-    });
+  /// Derivatives of the group of stages that begins at k: together, or one by one where stages
+  /// differ (functions of the stage's number, the first ones with memory, branches) or are few.
+  /// take(of, first) computes of.values, put(stage, value_of) gets those of each stage in turn.
+  template <class Take, class Put>
+  void derive_group(std::span<const double> v, std::size_t k, const Take& take, const Put& put) {
+    const auto derive = [&](auto& of, std::size_t first) {
+      if (!record(of, v, first)) return false;
+      take(of, first);
+      for (const auto l : up_to(of.count))
+        put(first + l, [&](std::size_t e) { return of.values[e][l]; });
+      return true;
+    };
+    const std::size_t end = end_of_group(k);
+    const bool may_differ = kTakesPoints || h_.memory > 0 || end - k < kLanes;
+    if (!may_differ && derive(*together_, k)) return;
+    for (; k < end; ++k) derive(*one_, k);
   }
   void record_end(std::span<const double> v) {
     end_tape_->record(
@@ -867,6 +853,10 @@ class StageGame : public Problem {
       derived_ = derived_entries_ = 0;
       std::ranges::fill(gradient_, 0.0);
     }
+    const auto take = [&](auto& of, std::size_t) {
+      of.values.assign(stage_pattern_.jacobian.size(), {});
+      of.tape.jacobian_at(0, kRows + 1, of.values);
+    };
     const auto put = [&](std::size_t k, auto value_of) {
       for (const auto e : up_to(stage_pattern_.jacobian.size())) {
         const auto& [row, col] = stage_pattern_.jacobian[e];
@@ -877,39 +867,21 @@ class StageGame : public Problem {
         else
           gradient_[static_cast<std::size_t>(i)] += value_of(e);
       }
+      derived_ = k + 1;
     };
-    while (derived_ < std::min(count, h_.stages)) {
-      if (record_wide(v, derived_)) {
-        wide_values_.assign(stage_pattern_.jacobian.size(), {});
-        wide_tape_->jacobian_at(0, kRows + 1, wide_values_);
-        for (const auto l : up_to(kLanes))
-          put(derived_ + l, [&](std::size_t e) { return wide_values_[e][l]; });
-        derived_ += kLanes;
-        continue;
-      }
-      for (const std::size_t end = end_of_group(derived_); derived_ < end; ++derived_) {
-        record_stage(v, derived_);
-        stage_values_.assign(stage_pattern_.jacobian.size(), 0.0);
-        stage_tape_->jacobian(0, kRows + 1, stage_values_);
-        put(derived_, [&](std::size_t e) { return stage_values_[e]; });
-      }
-    }
+    while (derived_ < std::min(count, h_.stages)) derive_group(v, derived_, take, put);
     if (derived_ >= count) return;
     record_end(v);
-    stage_values_.assign(end_pattern_.jacobian.size(), 0.0);
-    end_tape_->jacobian(0, nt + 1, stage_values_);
-    for (const auto e : up_to(stage_values_.size())) {
+    end_values_.assign(end_pattern_.jacobian.size(), 0.0);
+    end_tape_->jacobian(0, nt + 1, end_values_);
+    for (const auto e : up_to(end_values_.size())) {
       const auto& [row, col] = end_pattern_.jacobian[e];
       if (row < index(nt))
-        jacobian_[derived_entries_++] = stage_values_[e];
+        jacobian_[derived_entries_++] = end_values_[e];
       else
-        gradient_[h_.stages * kBlock + static_cast<std::size_t>(col)] += stage_values_[e];
+        gradient_[h_.stages * kBlock + static_cast<std::size_t>(col)] += end_values_[e];
     }
     ++derived_;
-  }
-  void forget() {
-    value_point_.clear();
-    derivative_point_.clear();
   }
   [[nodiscard]] HorizonShift horizon_shift() const {
     return {h_.stages, {{0, kBlock}}, {{0, kRows}}};
@@ -919,8 +891,9 @@ class StageGame : public Problem {
   Horizon h_;
   std::size_t shared_ = 0;  ///< parameters, gains, memory, duration
   std::size_t locals_ = 0;  ///< inputs of a stage
-  std::optional<autodiff::Tape> stage_tape_, end_tape_;
-  std::optional<autodiff::TapeOf<kLanes>> wide_tape_;
+  std::optional<Stages<1>> one_;
+  std::optional<Stages<kLanes>> together_;
+  std::optional<autodiff::Tape> end_tape_;
   autodiff::Pattern stage_pattern_, end_pattern_;
   ProblemStructure structure_;
   PrimalDual start_;
@@ -932,8 +905,7 @@ class StageGame : public Problem {
   std::size_t derived_entries_ = 0;                     ///< of the Jacobian
   double objective_ = 0.0;
   std::vector<double> rows_, gradient_, jacobian_;
-  std::vector<double> local_, weights_, stage_values_;
-  std::vector<autodiff::Lanes<kLanes>> wide_local_, wide_weights_, wide_values_;
+  std::vector<double> local_, end_weights_, end_values_;
   std::vector<Plain> plain_;
 };
 

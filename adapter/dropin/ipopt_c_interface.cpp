@@ -9,6 +9,7 @@
 // An IpoptProblem is an IpminmaxProblem: IpminmaxGetCertificate and the others work on it, too.
 
 #include <cstdio>
+#include <fstream>
 #include <new>
 #include <vector>
 
@@ -21,11 +22,7 @@ namespace {
 constexpr const char* kOwnOptions = "ipminmax.opt";
 constexpr const char* kIpoptOptions = "ipopt.opt";
 
-bool exists(const char* file_name) {
-  std::FILE* file = std::fopen(file_name, "r");
-  if (file != nullptr) std::fclose(file);
-  return file != nullptr;
-}
+bool exists(const char* file_name) { return std::ifstream(file_name).is_open(); }
 
 /// Ipopt's functions have no way to say why they fail but the terminal.
 int report(IpminmaxProblem problem, int done) {
@@ -97,10 +94,8 @@ IpminmaxReturnStatus IpoptSolve(IpminmaxProblem problem, double* x, double* g, d
 
 int GetIpoptCurrentIterate(IpminmaxProblem problem, bool scaled, int n, double* x, double* z_L,
                            double* z_U, int m, double* g, double* lambda) {
-  if (scaled) {
-    return ipminmax::get_current_iterate(true, n, x, z_L, z_U, m, g, lambda);
-  }
-  return IpminmaxGetCurrentIterate(problem, n, x, z_L, z_U, m, g, lambda);
+  return scaled ? ipminmax::get_current_iterate(true, n, x, z_L, z_U, m, g, lambda)
+                : IpminmaxGetCurrentIterate(problem, n, x, z_L, z_U, m, g, lambda);
 }
 
 int GetIpoptCurrentViolations(IpminmaxProblem problem, bool scaled, int n, double* x_L_violation,

@@ -1,7 +1,5 @@
 #include <IpJournalist.hpp>
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <istream>
 #include <iterator>
@@ -10,6 +8,7 @@
 #include <variant>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_only_options.hpp"
 #include "adapter/ipopt/option_registry.hpp"
@@ -28,91 +27,38 @@ using Name = OptionInfo::Name;
 
 // --- Options files -------------------------------------------------------------------------------
 
-struct Token {
-  std::string text;
-  int line = 1;
-};
-
-/// Splits an options file as Ipopt does, and counts lines.
-class Tokenizer {
+/// Splits an options file as Ipopt does.
+class Words {
  public:
-  explicit Tokenizer(std::istream& input) : input_(input) {}
+  explicit Words(const std::string& text) : text_(text) {}
 
-  /// Empty at the end of the input or inside an open quotation, see unterminated().
-  [[nodiscard]] std::optional<Token> next() {
-    skip_blanks_and_comments();
-    if (peek() == kEnd) return std::nullopt;
-    Token token{{}, line_};
-    bool quoted = false;
-    if (peek() == '"') {
-      get();
-      quoted = true;
-    }
-    for (int c = peek(); c != kEnd && (quoted || std::isspace(c) == 0); c = peek()) {
-      get();
-      if (quoted && c == '"') return token;
-      token.text += static_cast<char>(c);
-    }
-    if (quoted) {
-      unterminated_ = token.line;
-      return std::nullopt;
-    }
-    return token;
+  /// The next word, without its quotes; none at the end, or where a quotation never ends.
+  [[nodiscard]] std::optional<std::string> next() {
+    begin_ = text_.find_first_not_of(kBlanks, end_);
+    while (begin_ < text_.size() && text_[begin_] == '#')  // a comment
+      begin_ = text_.find_first_not_of(kBlanks, text_.find('\n', begin_));
+    if (begin_ >= text_.size()) return std::nullopt;
+    const std::size_t quote = text_[begin_] == '"' ? 1 : 0, first = begin_ + quote;
+    end_ = quote > 0 ? text_.find('"', first) : text_.find_first_of(kBlanks, first);
+    is_open_ = quote > 0 && end_ == std::string::npos;
+    if (is_open_) return std::nullopt;
+    std::string word = text_.substr(first, end_ - first);
+    end_ = std::min(end_, text_.size()) + quote;
+    return word;
   }
-
-  /// Line at which a quotation began that never ended.
-  [[nodiscard]] std::optional<int> unterminated() const { return unterminated_; }
+  [[nodiscard]] bool in_open_quotation() const { return is_open_; }
+  /// At which the last word begins, from 1.
+  [[nodiscard]] std::ptrdiff_t line() const {
+    return 1 + std::ranges::count(text_.substr(0, begin_), '\n');
+  }
 
  private:
-  static constexpr int kEnd = std::char_traits<char>::eof();
+  static constexpr const char* kBlanks = " \t\n\v\f\r";
 
-  int peek() { return input_.good() ? input_.peek() : kEnd; }
-  int get() {
-    const int c = input_.get();
-    if (c == '\n') ++line_;
-    return c;
-  }
-  void skip_blanks_and_comments() {
-    for (int c = peek(); c != kEnd && (std::isspace(c) != 0 || c == '#'); c = peek()) {
-      if (c == '#') {
-        while (peek() != kEnd && peek() != '\n') get();
-      } else {
-        get();
-      }
-    }
-  }
-
-  std::istream& input_;
-  int line_ = 1;
-  std::optional<int> unterminated_;
+  const std::string& text_;
+  std::size_t begin_ = 0, end_ = 0;  ///< of the last word
+  bool is_open_ = false;
 };
-
-/// The whole text as a number, whatever the locale; Fortran's exponent letter d is accepted, as in
-/// Ipopt. Infinite or zero beyond the range of double.
-std::optional<double> parse_number(std::string text) {
-  const auto exponent = [](char c) { return c == 'd' || c == 'D'; };
-  if (text.find_first_of("0123456789") != std::string::npos) {
-    std::replace_if(text.begin(), text.end(), exponent, 'e');
-  }
-  if (text.starts_with('+')) text.erase(0, 1);
-  double value = 0.0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
-  if (error == std::errc::result_out_of_range && text.find("e-") == std::string::npos) {
-    return text.starts_with('-') ? -HUGE_VAL : HUGE_VAL;
-  }
-  return value;
-}
-
-std::optional<int> parse_integer(const std::string& text) {
-  const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
-  const char* end = text.data() + text.size();
-  int value = 0;
-  const auto [stop, error] = std::from_chars(begin, end, value);
-  if (error != std::errc{} || stop != end) return std::nullopt;
-  return value;
-}
 
 /// The option whose name is nearest, empty when none is near.
 std::string similar_option(const std::string& name, const RegisteredOptions& registry) {
@@ -129,19 +75,19 @@ std::string similar_option(const std::string& name, const RegisteredOptions& reg
   return nearest;
 }
 
-/// Whether name already has this value; setting it again would only warn.
-template <class Value, class Get>
-bool is_set_to(const Value& value, Get get) {
+/// Whether the option already has this value; setting it again would only warn.
+template <class Value>
+bool is_set_to(const Value& value, const std::string& name, const OptionsList& list) {
   Value present{};
-  return get(present) && present == value;
+  return get_option(list, name, present) && present == value;
 }
 
 }  // namespace
 
 std::string unknown_option(const std::string& name, const RegisteredOptions& registry) {
   const std::string similar = similar_option(name, registry);
-  return "unknown option \"" + name + "\"" +
-         (similar.empty() ? "" : "; did you mean " + similar + "?");
+  return concat("unknown option \"", name, "\"",
+                similar.empty() ? "" : "; did you mean " + similar + "?");
 }
 
 std::string set_option(const std::string& name, const std::string& text,
@@ -157,31 +103,27 @@ std::string set_option(const std::string& name, const std::string& text,
     if (!std::isfinite(*value) || !option->IsValidNumberSetting(*value)) {
       return setting + " is not in " + range_of(*option);
     }
-    done = is_set_to(*value, [&](double& v) { return list.GetNumericValue(name, v, ""); }) ||
-           list.SetNumericValue(name, *value, allow_clobber);
+    done = is_set_to(*value, name, list) || list.SetNumericValue(name, *value, allow_clobber);
   } else if (option->Type() == Ipopt::OT_Integer) {
     const auto value = parse_integer(text);
     if (!value) return setting + " is not an integer";
     if (!option->IsValidIntegerSetting(*value)) {
       return setting + " is not in " + range_of(*option);
     }
-    done = is_set_to(*value, [&](Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
-           list.SetIntegerValue(name, *value, allow_clobber);
+    done = is_set_to(*value, name, list) || list.SetIntegerValue(name, *value, allow_clobber);
   } else {
     if (!option->IsValidStringSetting(text)) {
-      const auto others = ipopt_only_linear_solvers();  // accepted, but not worth proposing
       std::string error = setting + " is not one of:";
       for (const auto& entry : option->GetValidStrings()) {
-        if (name != "linear_solver" || std::ranges::find(others, entry.value_) == others.end()) {
+        // Those of Ipopt alone are accepted, but not worth proposing.
+        if (name != "linear_solver" || !is_ipopt_only_linear_solver(entry.value_))
           error += " " + entry.value_;
-        }
       }
       return error;
     }
-    done = is_set_to(text, [&](std::string& v) { return list.GetStringValue(name, v, ""); }) ||
-           list.SetStringValue(name, text, allow_clobber);
+    done = is_set_to(text, name, list) || list.SetStringValue(name, text, allow_clobber);
   }
-  return done ? std::string() : setting + " was refused";
+  return done ? "" : setting + " was refused";
 }
 
 namespace {
@@ -189,34 +131,26 @@ namespace {
 // --- Typed values --------------------------------------------------------------------------------
 
 void copy_option(const OptionInfo& info, const OptionsList& list, SolverOptions& options) {
-  const std::string name(info.name);
-  if (const auto* number = std::get_if<Number>(&info.kind)) {
-    double value = 0.0;
-    if (list.GetNumericValue(name, value, "")) options.*(number->member) = value;
-  } else if (const auto* integer = std::get_if<Integer>(&info.kind)) {
-    Index value = 0;
-    if (list.GetIntegerValue(name, value, "")) options.*(integer->member) = value;
-  } else if (const auto* flag = std::get_if<Flag>(&info.kind)) {
-    bool value = false;
-    if (list.GetBoolValue(name, value, "")) options.*(flag->member) = value;
-  } else if (const auto* choice = std::get_if<Choice>(&info.kind)) {
-    Index value = 0;
-    const bool is_set = list.GetEnumValue(name, value, "");
-    const auto i = at(value);
-    if (is_set && i < choice->names.size()) choice->set(options, i);  // others: Ipopt's solvers
+  if (const auto* choice = std::get_if<Choice>(&info.kind)) {
+    Index i = 0;
+    if (list.GetEnumValue(std::string(info.name), i, "") && at(i) < choice->names.size())
+      choice->set(options, at(i));  // others: Ipopt's solvers
+    return;
   }
-}
-
-/// They are accepted and mean auto.
-void add_ipopt_only_linear_solvers(OptionInfo& info) {
-  auto& choice = std::get<Choice>(info.kind);
-  const auto others = ipopt_only_linear_solvers();
-  choice.names.insert(choice.names.end(), others.begin(), others.end());
-  choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
+  std::visit(
+      [&](const auto& kind) {
+        if constexpr (requires { options.*kind.member; })
+          read_option(list, info.name, options.*kind.member);
+      },
+      info.kind);
 }
 
 void register_row(RegisteredOptions& registry, OptionInfo info) {
-  if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
+  if (info.name == "linear_solver") {
+    auto& choice = std::get<Choice>(info.kind);
+    std::ranges::copy(ipopt_only_linear_solvers(), std::back_inserter(choice.names));
+    choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
+  }
   register_option(registry, info);
 }
 
@@ -350,8 +284,8 @@ Rows other_rows() {
 
 const std::vector<OptionInfo>& application_option_table() {
   static const Rows table = [] {
-    Rows all = output_rows();
-    for (const auto rows : {player_rows, other_rows})
+    Rows all;
+    for (const auto rows : {output_rows, player_rows, other_rows})
       std::ranges::move(rows(), std::back_inserter(all));
     return all;
   }();
@@ -360,35 +294,30 @@ const std::vector<OptionInfo>& application_option_table() {
 
 std::string read_options(std::istream& input, const std::string& source,
                          RegisteredOptions& registry, OptionsList& list, bool allow_clobber) {
-  Tokenizer tokens(input);
-  const auto error_at = [&](int line, const std::string& text) {
-    return source + ", line " + std::to_string(line) + ": " + text;
-  };
-  while (const auto name = tokens.next()) {
-    const auto value = tokens.next();
-    if (tokens.unterminated()) break;
-    if (!value) return error_at(name->line, "option \"" + name->text + "\" has no value");
-    if (auto error = set_option(name->text, value->text, registry, list, allow_clobber);
-        !error.empty()) {
-      return error_at(name->line, error);
-    }
-  }
+  std::string text;
+  for (char c = '\0'; input.get(c);) text += c;
   if (input.bad()) return source + " cannot be read";  // a folder, for one
-  if (tokens.unterminated()) return error_at(*tokens.unterminated(), "a quotation never ends");
-  return {};
+  Words words(text);
+  while (const auto name = words.next()) {
+    const auto line = words.line();
+    const auto value = words.next();
+    if (words.in_open_quotation()) break;
+    const std::string error = value ? set_option(*name, *value, registry, list, allow_clobber)
+                                    : concat("option \"", *name, "\" has no value");
+    if (!error.empty()) return concat(source, ", line ", line, ": ", error);
+  }
+  return words.in_open_quotation()
+             ? concat(source, ", line ", words.line(), ": a quotation never ends")
+             : "";
 }
 
 std::string solver_options(const OptionsList& list, SolverOptions& options) {
   try {
-    const MayBeSet may_be_set(list);
-    bool as_printed_asked = false;
-    if (may_be_set("minmax_as_printed") &&
-        list.GetBoolValue("minmax_as_printed", as_printed_asked, "") && as_printed_asked) {
-      options = as_printed(options);
-    }
+    bool is_as_printed = false;
+    read_option(list, "minmax_as_printed", is_as_printed);
+    if (is_as_printed) options = as_printed(options);
     for (const OptionInfo& info : option_table()) {
-      if (!may_be_set(info.name)) continue;
-      copy_option(info, list, options);
+      if (may_be_set(list, info.name)) copy_option(info, list, options);
     }
   } catch (const Ipopt::OPTION_INVALID& error) {
     return error.Message();

@@ -9,6 +9,7 @@
 
 #include "adapter/control/horizon_shift.hpp"
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/cross_check.hpp"
 #include "adapter/ipopt/log.hpp"
 #include "adapter/ipopt/status.hpp"
@@ -34,43 +35,26 @@ constexpr double kFeasible = 1e-8;
 /// Range of f, times this, of which gain_tolerance is at most.
 constexpr double kOfRange = 100.0;
 
-/// The same functions with other bounds, another start or the negative objective.
-class ProblemView final : public Restructured {
+/// The minimization of -f, which Ipopt solves.
+class Negated final : public SameRows {
  public:
-  using Restructured::Restructured;
-  void negate_objective() { sign_ = -1.0; }
-  void start_from(std::vector<double> v) { start_ = std::move(v); }
-
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    if (start_.empty()) return Restructured::starting_point(start);
-    std::ranges::copy(start_, start.v.begin());
-    return true;
-  }
+  using SameRows::SameRows;
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
-    const bool ok = Restructured::objective(v, new_v, f);
-    f *= sign_;
+    const bool ok = model().objective(v, new_v, f);
+    f = -f;
     return ok;
   }
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
                               std::span<double> grad) override {
-    const bool ok = Restructured::gradient(v, new_v, grad);
-    for (double& slope : grad) slope *= sign_;
+    const bool ok = model().gradient(v, new_v, grad);
+    for (double& slope : grad) slope = -slope;
     return ok;
-  }
-  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
-                                    std::span<const double> lambda,
-                                    std::span<double> row_errors) override {
-    return Restructured::hessian_errors(v, sign_ * sigma, lambda, row_errors);
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override {
-    return Restructured::hessian(v, new_v, sign_ * sigma, lambda, new_lambda, values);
+    return model().hessian(v, new_v, -sigma, lambda, new_lambda, values);
   }
-
- private:
-  std::vector<double> start_;
-  double sign_ = 1.0;
 };
 
 // --- Options
@@ -103,18 +87,13 @@ PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
 }
 
 std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& options) {
-  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
   const SmartPtr<RegisteredOptions> registry = new OptionRegistry();
-  const SmartPtr<OptionsList> list = new OptionsList(registry, silent);
-  std::string text;
-  for (const OptionSetting& setting : settings.options) {
-    if (IsValid(registry->GetOption(setting.first)) && find_option(setting.first) == nullptr) {
-      return "option \"" + setting.first + "\" has no effect in a cross check";
-    }
-    text += text_of(setting);
+  const SmartPtr<OptionsList> list = new OptionsList(registry, new Ipopt::Journalist());
+  for (const auto& [name, value] : settings.options) {
+    if (IsValid(registry->GetOption(name)) && find_option(name) == nullptr)
+      return concat("option \"", name, "\" has no effect in a cross check");
+    if (auto error = set_option(name, value, *registry, *list, false); !error.empty()) return error;
   }
-  std::istringstream input(text);
-  if (auto error = read_options(input, "options", *registry, *list); !error.empty()) return error;
   return solver_options(*list, options);
 }
 
@@ -145,15 +124,14 @@ std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
 }
 
 void set_from_text(OptionsList& list, const std::string& text) {
-  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const Ipopt::Journalist silent;
   std::istringstream input(text);
-  list.ReadFromStream(*silent, input);
+  list.ReadFromStream(silent, input);
 }
 
 /// What Ipopt says against the settings, empty when nothing.
 std::string check_ipopt_options(const std::string& text) {
-  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const SmartPtr<OptionsList> list = new OptionsList(ipopt_registry(), silent);
+  const SmartPtr<OptionsList> list = new OptionsList(ipopt_registry(), new Ipopt::Journalist());
   try {
     set_from_text(*list, text);
   } catch (const Ipopt::IpoptException& error) {
@@ -255,15 +233,9 @@ class InnerMaximization {
     StartingPoint request{start_, false, {}, {}, {}};
     if (!problem.starting_point(request)) std::ranges::fill(start_, 0.0);
     const ProblemStructure& s = problem.structure();
-    const auto is_free = [&](std::size_t i) {
-      return s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i];
-    };
     for (const auto i : indices(v)) {
-      if (is_free(i)) free_.push_back(i);
-    }
-    depends_on_y_.assign(s.constraint_lower.size(), false);
-    for (const auto& [row, col] : s.jacobian) {
-      if (is_free(at(col))) depends_on_y_[at(row)] = true;
+      if (s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i])
+        free_.push_back(i);
     }
   }
 
@@ -323,7 +295,7 @@ class InnerMaximization {
     return v;
   }
 
-  /// Largest violation of a constraint that depends on y, over the smallest that counts.
+  /// Largest violation of a constraint of Max, over the smallest that counts.
   [[nodiscard]] double violation(const std::vector<double>& v) {
     const ProblemStructure& s = problem_.structure();
     if (g_.empty()) return 0.0;
@@ -331,7 +303,7 @@ class InnerMaximization {
     double worst = 0.0;
     for (const auto j : indices(g_)) {
       const double excess = std::max(s.constraint_lower[j] - g_[j], g_[j] - s.constraint_upper[j]);
-      if (depends_on_y_[j] && excess > 0.0)
+      if (s.constraint_players[j] == Player::Max && excess > 0.0)
         worst = std::max(worst, excess / row_ranges_[j].resolution(kFeasible));
     }
     return worst;
@@ -339,23 +311,26 @@ class InnerMaximization {
 
   /// One maximization; keeps its point when it is feasible and better than all before and than
   /// the threshold.
-  void maximize(std::vector<double> from, bool near, InnerMaximumCheck& check, double threshold) {
-    ProblemView view(problem_);
-    view.negate_objective();
-    ProblemStructure& s = view.changed;
+  void maximize(const std::vector<double>& from, bool near, InnerMaximumCheck& check,
+                double threshold) {
+    Restructured held(problem_);
+    ProblemStructure& s = held.changed;
     s.variable_lower = s.variable_upper = v_;
     for (const std::size_t i : free_) {
       const double r = near ? settings_.radius * reach(i) : kInfinity;
       s.variable_lower[i] = std::max(problem_.structure().variable_lower[i], v_[i] - r);
       s.variable_upper[i] = std::min(problem_.structure().variable_upper[i], v_[i] + r);
     }
-    for (const auto j : indices(depends_on_y_)) {
-      if (depends_on_y_[j]) continue;
+    for (const auto j : indices(g_)) {
+      if (s.constraint_players[j] == Player::Max) continue;
       s.constraint_lower[j] = -kInfinity;
       s.constraint_upper[j] = kInfinity;
     }
-    view.start_from(std::move(from));
-    IpoptAnswer answer = solve_with_ipopt(view, [&](OptionsList& list) {
+    Result start;
+    start.v = from;
+    AtResult started(held, &start);
+    Negated negated(started);
+    IpoptAnswer answer = solve_with_ipopt(negated, [&](OptionsList& list) {
       list.SetIntegerValue("max_iter", 300);
       list.SetNumericValue("bound_relax_factor", 0.0);
       // A larger barrier would hold y in the middle of its box, which is y*.
@@ -381,7 +356,6 @@ class InnerMaximization {
   const CrossCheckSettings& settings_;
   std::string ipopt_options_;
   std::vector<std::size_t> free_;  ///< Max variables that are not fixed
-  std::vector<bool> depends_on_y_;
   std::vector<double> start_, g_;
   ValueRange range_;                    ///< of f at all starts and the problem's
   std::vector<ValueRange> row_ranges_;  ///< of constraints there
@@ -424,39 +398,36 @@ std::string comparison_report(const CrossCheck& check) {
 
 std::string minmax_report(const CrossCheck& check) {
   const InnerMaximumCheck& inner = check.inner;
-  return "Status of Ipminmax...........: " + std::string(name_of(check.ours.status)) +
-         "\nSecond-order test............: " +
-         std::string(name_of(check.ours.certificate.second_order)) +
-         format("\nObjective f(x*, y*)..........: %24.16e\n", inner.objective) +
-         format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
-                inner.near_solved) +
-         format("Largest f near y*............: %24.16e%s\n", inner.best_near,
-                inner.improved_near ? "  (better)" : "") +
-         format("Largest f found elsewhere....: %24.16e%s\n", inner.best_far,
-                inner.improved_far ? "  (better: y* is not the global maximum)" : "");
+  return concat("Status of Ipminmax...........: ", name_of(check.ours.status),
+                "\nSecond-order test............: ", name_of(check.ours.certificate.second_order)) +
+         format(
+             "\nObjective f(x*, y*)..........: %24.16e\n"
+             "Ipopt's runs near y*.........: %d, %d of them solved\n"
+             "Largest f near y*............: %24.16e%s\n"
+             "Largest f found elsewhere....: %24.16e%s\n",
+             inner.objective, inner.near_runs, inner.near_solved, inner.best_near,
+             inner.improved_near ? "  (better)" : "", inner.best_far,
+             inner.improved_far ? "  (better: y* is not the global maximum)" : "");
 }
 
 /// In the order of CrossCheckVerdict.
 struct VerdictText {
   std::string_view name, words;
 };
-constexpr std::array kVerdicts{
-    VerdictText{"not compared", "nothing to compare"},
-    VerdictText{"same solution", "both solvers find the same solution"},
-    VerdictText{"same objective", "both solvers find the same objective, at different points"},
-    VerdictText{"Ipminmax better", "both solvers succeed, Ipminmax with the better objective"},
-    VerdictText{"Ipopt better", "both solvers succeed, Ipopt with the better objective"},
-    VerdictText{"only Ipminmax solved", "only Ipminmax succeeds"},
-    VerdictText{"only Ipopt solved", "only Ipopt succeeds"},
-    VerdictText{"neither solved", "neither solver succeeds"},
-    VerdictText{"Ipopt refuted",
-                "Ipopt reports success at a point that the second-order test refutes"},
-    VerdictText{
-        "maximum confirmed",
-        "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)"},
-    VerdictText{"maximum refuted",
-                "Ipopt finds a better y near y*: the point is not a local minmax"},
-};
+constexpr auto kVerdicts = std::to_array<VerdictText>({
+    {"not compared", "nothing to compare"},
+    {"same solution", "both solvers find the same solution"},
+    {"same objective", "both solvers find the same objective, at different points"},
+    {"Ipminmax better", "both solvers succeed, Ipminmax with the better objective"},
+    {"Ipopt better", "both solvers succeed, Ipopt with the better objective"},
+    {"only Ipminmax solved", "only Ipminmax succeeds"},
+    {"only Ipopt solved", "only Ipopt succeeds"},
+    {"neither solved", "neither solver succeeds"},
+    {"Ipopt refuted", "Ipopt reports success at a point that the second-order test refutes"},
+    {"maximum confirmed",
+     "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)"},
+    {"maximum refuted", "Ipopt finds a better y near y*: the point is not a local minmax"},
+});
 VerdictText text_of(CrossCheckVerdict verdict) {
   const auto at = static_cast<std::size_t>(verdict);
   return at < kVerdicts.size() ? kVerdicts[at] : VerdictText{"unknown", "unknown"};
@@ -478,7 +449,7 @@ std::string CrossCheck::report() const {
   const bool minmax = verdict == CrossCheckVerdict::MaximumConfirmed ||
                       verdict == CrossCheckVerdict::MaximumRefuted;
   text += minmax ? minmax_report(*this) : comparison_report(*this);
-  return text + "Verdict: " + std::string(text_of(verdict).words) + ".\n";
+  return concat(text, "Verdict: ", text_of(verdict).words, ".\n");
 }
 
 CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& settings) {
@@ -519,9 +490,8 @@ CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& se
   }
 
   const bool maximization = check.variables > 0 && check.min_variables == 0;
-  ProblemView view(problem);
-  if (maximization) view.negate_objective();
-  check.ipopt = solve_with_ipopt(view, [&](OptionsList& list) {
+  Negated negated(problem);
+  check.ipopt = solve_with_ipopt(maximization ? negated : problem, [&](OptionsList& list) {
     list.SetStringValue("honor_original_bounds", "no");  // as here; Ipopt 3.11 projects otherwise
     set_from_text(list, ipopt_options);
   });
@@ -555,8 +525,8 @@ InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double
                                       const CrossCheckSettings& settings) {
   const std::size_t n = problem.structure().variable_players.size();
   if (v.size() != n) {
-    throw std::invalid_argument("check_inner_maximum: the point has " + std::to_string(v.size()) +
-                                " entries, the problem " + std::to_string(n) + " variables");
+    throw std::invalid_argument(concat("check_inner_maximum: the point has ", v.size(),
+                                       " entries, the problem ", n, " variables"));
   }
   SolverOptions options;
   std::string error = read_own_options(settings, options);

@@ -7,9 +7,11 @@
 #include <cstdlib>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <IpUtils.hpp>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/ipopt_library.hpp"
 #include "adapter/ipopt/minmax_tnlp.hpp"
 
@@ -43,10 +45,7 @@ std::vector<std::string> loaded_ipopt_libraries() {
 }
 
 /// How many were loaded and unloaded so far.
-struct LoadedLibraries {
-  unsigned long long added = 0, removed = 0;
-  friend bool operator==(const LoadedLibraries&, const LoadedLibraries&) = default;
-};
+using LoadedLibraries = std::pair<unsigned long long, unsigned long long>;
 
 LoadedLibraries loaded_libraries() {
   LoadedLibraries count;
@@ -76,9 +75,8 @@ bool is_from_3_14_on(const std::string& path) {
 
 std::string ipopt_library_error(const std::vector<std::string>& paths,
                                 bool (*has_iterate_queries)(const std::string& path)) {
-  const std::string built = std::to_string(IPOPT_VERSION_MAJOR) + "." +
-                            std::to_string(IPOPT_VERSION_MINOR) + "." +
-                            std::to_string(IPOPT_VERSION_RELEASE);
+  const std::string built =
+      concat(IPOPT_VERSION_MAJOR, ".", IPOPT_VERSION_MINOR, ".", IPOPT_VERSION_RELEASE);
   if (paths.size() > 1) {
     std::string list;
     for (const std::string& path : paths) list += (list.empty() ? "" : ", ") + path;
@@ -112,7 +110,7 @@ std::string ipopt_library_error(const Ipopt::TNLP& model) {
   };
   thread_local std::optional<Seen> seen;
   const LoadedLibraries now = loaded_libraries();
-  if (!seen || !(seen->libraries == now)) {
+  if (!seen || seen->libraries != now) {
     seen = {now, ipopt_library_error(loaded_ipopt_libraries(), is_from_3_14_on)};
   }
   return seen->error;

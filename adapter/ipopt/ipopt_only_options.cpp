@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_only_options.hpp"
 #include "adapter/ipopt/option_registry.hpp"
@@ -19,9 +20,9 @@ namespace {
 /// Options of the linked Ipopt, in alphabetical order. Plain values: Ipopt's own objects count
 /// references without locks, and this table is shared by all threads.
 struct IpoptOptions {
-  std::vector<OptionInfo> all;
   std::vector<OptionInfo> not_ours;
-  std::deque<std::string> texts;  ///< of both
+  std::vector<std::string_view> linear_solvers;  ///< not ours
+  std::deque<std::string> texts;
 };
 
 /// For ever in the table.
@@ -39,7 +40,7 @@ OptionInfo::Choice choice_of(const RegisteredOption& option, IpoptOptions& optio
   return choice;
 }
 
-OptionInfo read_option(const RegisteredOption& option, IpoptOptions& options) {
+OptionInfo info_of(const RegisteredOption& option, IpoptOptions& options) {
   OptionInfo info{.name = keep(option.Name(), options),
                   .category = "Ipopt only",
                   .text = "Ipopt only",
@@ -68,9 +69,14 @@ IpoptOptions read_options() {
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
   IpoptOptions options;
   for (const auto& entry : registry->RegisteredOptionsList()) {
-    options.all.push_back(read_option(*entry.second, options));
-    if (!is_own_option(options.all.back().name)) options.not_ours.push_back(options.all.back());
+    OptionInfo info = info_of(*entry.second, options);
+    if (info.name == "linear_solver")
+      options.linear_solvers = std::get<OptionInfo::Choice>(info.kind).names;
+    if (!is_own_option(info.name)) options.not_ours.push_back(std::move(info));
   }
+  const auto ours = std::ranges::find(option_table(), "linear_solver", &OptionInfo::name);
+  for (const auto name : std::get<OptionInfo::Choice>(ours->kind).names)
+    std::erase(options.linear_solvers, name);
   return options;
 }
 
@@ -110,10 +116,9 @@ std::optional<std::string_view> find_advice(const std::vector<IpoptOptionAdvice>
 
 /// Those that only Ipopt has and that were set to another value than its default, by name.
 std::vector<std::pair<std::string_view, std::string>> changed_options(const OptionsList& list) {
-  const MayBeSet may_be_set(list);
   std::vector<std::pair<std::string_view, std::string>> changed;
   for (const OptionInfo& option : ipopt_only_options()) {
-    if (!may_be_set(option.name)) continue;
+    if (!may_be_set(list, option.name)) continue;
     const auto value = value_of(option, list);
     if (value && *value != default_of(option)) changed.emplace_back(option.name, *value);
   }
@@ -181,24 +186,17 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
 
 const std::vector<OptionInfo>& ipopt_only_options() { return ipopt_options().not_ours; }
 
-std::vector<std::string_view> ipopt_only_linear_solvers() {
-  const auto names_in = [](const auto& table) {
-    const auto found = std::ranges::find(table, "linear_solver", &OptionInfo::name);
-    return found == table.end() ? std::vector<std::string_view>{}
-                                : std::get<OptionInfo::Choice>(found->kind).names;
-  };
-  std::vector<std::string_view> others = names_in(ipopt_options().all);
-  const auto own = names_in(option_table());
-  std::erase_if(others,
-                [&](std::string_view name) { return std::ranges::find(own, name) != own.end(); });
-  return others;
+std::vector<std::string_view> ipopt_only_linear_solvers() { return ipopt_options().linear_solvers; }
+
+bool is_ipopt_only_linear_solver(std::string_view name) {
+  const auto others = ipopt_only_linear_solvers();
+  return std::ranges::find(others, name) != others.end();
 }
 
 std::string refused_ipopt_option(const OptionsList& list) {
   for (const auto& [name, value] : changed_options(list)) {
     if (const auto advice = find_advice(refused_ipopt_option_advice(), name)) {
-      return std::string(name) + " = " + value +
-             " is an option of Ipopt that is not available: " + std::string(*advice);
+      return concat(name, " = ", value, " is an option of Ipopt that is not available: ", *advice);
     }
   }
   return {};
@@ -207,30 +205,23 @@ std::string refused_ipopt_option(const OptionsList& list) {
 std::vector<std::string> ignored_ipopt_options(const OptionsList& list) {
   std::vector<std::string> messages;
   const auto add = [&](std::string_view name, const std::string& value, std::string_view reason) {
-    messages.push_back(std::string(name) + " = " + value +
-                       " has no effect: " + std::string(reason));
+    messages.push_back(concat(name, " = ", value, " has no effect: ", reason));
   };
   for (const auto& [name, value] : changed_options(list)) {
     add(name, value,
         find_advice(ignored_ipopt_option_advice(), name)
             .value_or("it steers Ipopt's own algorithm"));
   }
-  const MayBeSet may_be_set(list);
-  std::string hessian;
-  if (may_be_set("hessian_approximation") &&
-      list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
+  std::string hessian, solver;
+  read_option(list, "hessian_approximation", hessian);
+  if (hessian == "limited-memory") {
     messages.push_back(
         "hessian_approximation = limited-memory: minimizations are solved with quasi-Newton "
         "matrices, which have no inertia to certify with: nothing is certified; with Max variables "
         "it means finite-difference-values");
   }
-  std::string solver;
-  if (may_be_set("linear_solver") && list.GetStringValue("linear_solver", solver, "")) {
-    const auto others = ipopt_only_linear_solvers();
-    if (std::ranges::find(others, solver) != others.end()) {
-      add("linear_solver", solver, "it is not built in, auto is used");
-    }
-  }
+  if (read_option(list, "linear_solver", solver) && is_ipopt_only_linear_solver(solver))
+    add("linear_solver", solver, "it is not built in, auto is used");
   return messages;
 }
 

@@ -28,6 +28,8 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// Values of linear_solver that only Ipopt has: they are accepted and mean auto.
 [[nodiscard]] std::vector<std::string_view> ipopt_only_linear_solvers();
 
+[[nodiscard]] bool is_ipopt_only_linear_solver(std::string_view name);
+
 /// First option that is refused, as "jacobian_approximation = finite-difference-values is an option
 /// of Ipopt that is not available: ..."; empty when there is none.
 [[nodiscard]] std::string refused_ipopt_option(const OptionsList& list);

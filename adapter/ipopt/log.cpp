@@ -7,11 +7,13 @@
 #include <string_view>
 #include <vector>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/ipopt_version.hpp"
 #include "adapter/ipopt/log.hpp"
 #include "core/answer.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/status_table.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/robust/robust_scope.hpp"
 #include "core/version.h"
 #include "core/worst_case.hpp"
@@ -78,17 +80,17 @@ std::string inertia_row(const char* label, const Inertia& found, const Inertia& 
 /// Name of a variable or constraint of the model, else its number.
 std::string name_or_number(const char* kind, const std::vector<std::string>& names, Index i) {
   const bool named = at(i) < names.size() && !names[at(i)].empty();
-  return named ? names[at(i)] : kind + std::to_string(i);
+  return named ? names[at(i)] : concat(kind, i);
 }
 
 std::string certificate_report(const Certificate& certificate, const ProblemStructure& structure) {
-  std::string text = "Second-order test.......: " + std::string(name_of(certificate.second_order)) +
-                     "\nReturned point..........: " + std::string(name_of(certificate.kind)) + "\n";
+  std::string text = concat("Second-order test.......: ", name_of(certificate.second_order),
+                            "\nReturned point..........: ", name_of(certificate.kind), "\n");
   if (certificate.second_order == SecondOrder::NotTested) return text;
-  text += "                           found: +      -      0   expected: +      -      0\n";
-  text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
-  text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
-  text += format("Curvature, probed by....: %24.16e\n", certificate.margin);
+  text += "                           found: +      -      0   expected: +      -      0\n" +
+          inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected) +
+          inertia_row("Inertia of K............:", certificate.full, certificate.full_expected) +
+          format("Curvature, probed by....: %24.16e\n", certificate.margin);
   if (certificate.least_curvature_variable >= 0) {
     text += format(
         "Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
@@ -102,13 +104,14 @@ std::string certificate_report(const Certificate& certificate, const ProblemStru
   if (certificate.hessian_disagrees) {
     text += "Second derivatives......: disagree with differences of the gradient\n";
   }
-  text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
-                 yes_no(certificate.licq_max));
-  text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
-                 certificate.weakly_active_max);
+  text += format(
+      "Independent gradients...: Min %s, Max %s\n"
+      "Weakly active bounds....: Min %d, Max %d\n",
+      yes_no(certificate.licq_min), yes_no(certificate.licq_max), certificate.weakly_active_min,
+      certificate.weakly_active_max);
   if ((certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) ||
       certificate.answer == InnerAnswer::BestNotUnique) {
-    text += "Answer of the maximizer.: " + std::string(name_of(certificate.answer)) + "\n";
+    text += concat("Answer of the maximizer.: ", name_of(certificate.answer), "\n");
   }
   if (!certificate.proof.empty()) {
     text += "Solution near the point.: " + certificate.proof + "\n";
@@ -123,8 +126,8 @@ std::string exit_text(const Result& result) {
   if (result.status == Status::NotLocalMinmax) {
     // The player that a wrong inertia belongs to. K_yy right and K wrong: the minimizer.
     const bool max = result.certificate.inner != result.certificate.inner_expected;
-    return "First-order point found, but it is not a local minmax: curvature of the " +
-           std::string(max ? "maximizer" : "minimizer") + " has the wrong sign.";
+    return concat("First-order point found, but it is not a local minmax: curvature of the ",
+                  max ? "maximizer" : "minimizer", " has the wrong sign.");
   }
   if (result.status == Status::SolvedDegenerate) {
     if (result.certificate.second_order == SecondOrder::Flat) {
@@ -191,7 +194,7 @@ std::string derivative_test(const DerivativeReport& report, const ProblemStructu
   for (const DerivativeEntry& entry : report.entries) {
     text += entry.finding == DerivativeFinding::Agrees ? "  " : "* ";
     text += describe(entry, structure);
-    text += entry.finding == DerivativeFinding::Missing ? std::string(": not in the structure")
+    text += entry.finding == DerivativeFinding::Missing ? ": not in the structure"
                                                         : format(": %23.16e", entry.exact);
     text += format(" ~ %23.16e  [%9.3e]\n", entry.approximate, entry.relative_error);
     if (entry.crosses_players) {
@@ -199,15 +202,13 @@ std::string derivative_test(const DerivativeReport& report, const ProblemStructu
     }
   }
   const Index wrong = report.first_wrong + report.second_wrong;
-  text += wrong == 0 ? std::string("No errors detected by derivative test.\n\n")
-                     : format("Derivative test detected %d error(s).\n\n", wrong);
-  return text;
+  if (wrong == 0) return text + "No errors detected by derivative test.\n\n";
+  return text + format("Derivative test detected %d error(s).\n\n", wrong);
 }
 
 std::string iteration_header() {
-  return format("%4s %14s %8s %8s %8s %6s %8s %7s %7s %8s %8s  %3s\n", "iter", "objective",
-                "inf_pr", "inf_dx", "inf_dy", "lg(mu)", "||d||", "lg(rgx)", "lg(rgy)", "alpha_du",
-                "alpha_pr", "ls");
+  return "iter      objective   inf_pr   inf_dx   inf_dy lg(mu)    ||d|| lg(rgx) lg(rgy) alpha_du "
+         "alpha_pr   ls\n";
 }
 
 std::string ipopt_iteration_header() {
@@ -248,7 +249,7 @@ std::string iteration_row(const IterationInfo& info, bool with_info) {
       format("%4d %14.7e %8.2e %8.2e %8.2e %6s ", info.iteration, info.objective, error.primal,
              error.dual_min, error.dual_max, log10_or_dash(info.mu).c_str());
   if (info.iteration == 0) {  // no step led here
-    text += format("%8s %7s %7s %8s %8s  %3s", "-", "-", "-", "-", "-", "-");
+    text += "       -       -       -        -        -    -";
   } else {
     text += format("%8.2e %7s %7s %8.2e %8.2e%c %3d", info.step_norm,
                    log10_or_dash(info.delta_x).c_str(), log10_or_dash(info.delta_y).c_str(),
@@ -261,20 +262,14 @@ std::string iteration_row(const IterationInfo& info, bool with_info) {
   return text + "\n";
 }
 
-std::string start_header() {
-  return format("%6s %14s %8s %6s %4s  %s\n", "start", "objective", "error", "iter", "cert",
-                "status");
-}
+std::string start_header() { return " start      objective    error   iter cert  status\n"; }
 
 std::string start_row(Index start, const Result& result) {
   const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-  return format("%6d %14.7e %8.2e %6d %4s  %s\n", start, result.objective, result.error.total,
-                result.iterations, certified ? "yes" : "-",
-                std::string(name_of(result.status)).c_str());
+  return concat(format("%6d %14.7e %8.2e %6d %4s  ", start, result.objective, result.error.total,
+                       result.iterations, certified ? "yes" : "-"),
+                name_of(result.status), "\n");
 }
-
-StartsProgress::StartsProgress(Index starts, bool larger_is_better)
-    : starts_(starts), larger_is_better_(larger_is_better) {}
 
 void StartsProgress::add(const Result& result) {
   ++done_;
@@ -317,21 +312,22 @@ std::string multistart_summary(const MultistartResult& result) {
                             result.starts, result.points.size());
   const bool checked = !result.points.empty() && result.points.front().result.worst_case.starts > 0;
   if (!result.points.empty()) {
-    text += format("\n%6s %24s %6s %12s %10s%s\n", "rank", "local minmax value", "found",
-                   "first start", "margin", checked ? "     worst case found" : "");
+    text += "\n  rank       local minmax value  found  first start     margin";
+    text += checked ? "     worst case found\n" : "\n";
   }
-  for (std::size_t k = 0; k < std::min(kMostPoints, result.points.size()); ++k) {
-    const DistinctPoint& point = result.points[k];
-    text += format("%6zu %24.16e %6d %12d %10.2e", k + 1, point.result.objective, point.found,
+  std::size_t rank = 0;
+  for (const DistinctPoint& point : result.points) {
+    if (rank == kMostPoints) break;
+    text += format("%6zu %24.16e %6d %12d %10.2e", ++rank, point.result.objective, point.found,
                    point.first_start, point.result.certificate.margin);
-    text += checked ? worst_case_column(point.result.worst_case) : std::string("\n");
+    text += checked ? worst_case_column(point.result.worst_case) : "\n";
   }
   if (result.points.size() > kMostPoints) {
     text += format("%6s and %zu more\n", "...", result.points.size() - kMostPoints);
   }
   text += "\n";
   for (const auto& [status, count] : result.statuses) {
-    text += format("%6d %s\n", count, std::string(name_of(status)).c_str());
+    text += concat(format("%6d ", count), name_of(status), "\n");
   }
   return text;
 }
@@ -342,28 +338,18 @@ namespace {
 /// of f (beyond the constraints) all; where Max's equations determine these, as dynamics do states,
 /// those that are free instead, as disturbances.
 std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index constraint) {
-  const std::size_t n = structure.variable_players.size();
-  const bool is_f = at(constraint) >= structure.constraint_players.size();
-  std::vector<bool> reads(n, false);
-  const auto mark = [&](const std::vector<Index>& variables, bool value) {
-    for (const Index i : variables) reads[at(i)] = value;
-  };
   ProblemStructure with_f = structure;
-  if (is_f) {  // as a constraint that reads all of y
+  if (at(constraint) >= structure.constraint_players.size()) {  // f: a row that reads all of y
     with_f.constraint_players.push_back(Player::Min);
-    for (std::size_t i = 0; i < n; ++i)
-      with_f.jacobian.push_back({constraint, static_cast<Index>(i)});
+    for (const Index i : numbers_below(structure.variable_players.size()))
+      with_f.jacobian.push_back({constraint, i});
   }
-  const RobustScope scope = RobustScopes(with_f).of(constraint);
-  mark(scope.variables, true);
-  mark(scope.followers, false);
-  mark(scope.idle, false);
-  std::vector<Index> found;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (reads[i] && structure.variable_players[i] == Player::Max)
-      found.push_back(static_cast<Index>(i));
-  }
-  return found;
+  RobustScope scope = RobustScopes(with_f).of(constraint);
+  std::erase_if(scope.variables, [&](Index i) {
+    return std::ranges::binary_search(scope.followers, i) ||
+           std::ranges::binary_search(scope.idle, i);
+  });
+  return std::move(scope.variables);
 }
 
 }  // namespace
@@ -386,9 +372,10 @@ std::string robust_summary(const Result& result, const ProblemStructure& structu
   const std::size_t cases = result.worst_cases.size();
   std::string text = format("\nRobust constraints: %zu worst case%s, %d solves, %d maximizations\n",
                             cases, cases == 1 ? "" : "s", y.solves, y.maximizations);
-  text += format("\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
-  for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
-    const RobustWorstCase& found = result.worst_cases[k];
+  text += "\nconstraint                                  value       multiplier  worst case\n";
+  std::size_t shown = 0;
+  for (const RobustWorstCase& found : result.worst_cases) {
+    if (shown++ == kMostRows) break;
     const std::string name =
         at(found.constraint) >= structure.constraint_players.size()
             ? "f"
@@ -396,9 +383,7 @@ std::string robust_summary(const Result& result, const ProblemStructure& structu
     text += format("%-24s %24.16e %16.8e  %s%s\n", name.c_str(), found.value, found.multiplier,
                    place_of(found, structure).c_str(), found.active ? "" : " (inactive)");
   }
-  if (result.worst_cases.size() > kMostRows) {
-    text += format("... and %zu more\n", result.worst_cases.size() - kMostRows);
-  }
+  if (cases > kMostRows) text += format("... and %zu more\n", cases - kMostRows);
   return text;
 }
 
@@ -416,8 +401,7 @@ std::string summary(const Result& result, const ProblemStructure& structure, Ind
       error.complementarity, error.total);
   text += certificate_report(result.certificate, structure);
   const auto [why, point, over_y, over_x] = statements(result);
-  const bool game = std::ranges::find(structure.variable_players, Player::Max) !=
-                    structure.variable_players.end();
+  const bool game = has_max_variables(structure);
   if (game) text += "Over all y..............: " + over_y + "\n";
   if (game || result.over_x.asked > 1) text += "Over x..................: " + over_x + "\n";
   return text;
@@ -433,7 +417,7 @@ std::string factorization_causes(const Counts& counts) {
     const auto [full, inner] = counts.factorizations_for(cause);
     if (full + inner == 0) continue;
     text += text.empty() ? "  K + K_yy for " : ", ";
-    text += std::string(name_of(cause)) + format(" %d + %d", full, inner);
+    text += concat(name_of(cause), " ", full, " + ", inner);
   }
   return text.empty() ? text : text + "\n";
 }
@@ -531,23 +515,24 @@ namespace {
 
 /// Ipopt's words for an end, empty where ours are the same.
 std::string_view ipopt_words(Status status) {
+  using enum Status;
   switch (status) {
-    case Status::Solved:
-    case Status::SolvedDegenerate:
+    case Solved:
+    case SolvedDegenerate:
       return "Optimal Solution Found.";
-    case Status::NotLocalMinmax:
-    case Status::NoLocalMinmaxFound:
-      return row_of(Status::TinyStep).sentence;
-    case Status::InnerUnbounded:
-    case Status::OuterUnbounded:
-      return row_of(Status::DivergingIterates).sentence;
-    case Status::InnerInfeasible:
-      return row_of(Status::LocallyInfeasible).sentence;
-    case Status::InertiaCorrectionFailed:
-    case Status::LinearSolverFailed:
+    case NotLocalMinmax:
+    case NoLocalMinmaxFound:
+      return row_of(TinyStep).sentence;
+    case InnerUnbounded:
+    case OuterUnbounded:
+      return row_of(DivergingIterates).sentence;
+    case InnerInfeasible:
+      return row_of(LocallyInfeasible).sentence;
+    case InertiaCorrectionFailed:
+    case LinearSolverFailed:
       return "Error in step computation!";
-    case Status::EvaluationFailed:
-    case Status::InvalidNumber:
+    case EvaluationFailed:
+    case InvalidNumber:
       return "Invalid number in NLP function or derivative detected.";
     default:
       return {};
@@ -570,9 +555,9 @@ std::string ipopt_exit_line(const Result& result) {
 }
 
 std::string ipopt_solver_line(const std::string& linear_solver) {
-  return "This is Ipminmax " IPMINMAX_VERSION ", with the interface of Ipopt " IPOPT_VERSION
-         ", running with linear solver " +
-         linear_solver + ".\n\n";
+  return concat("This is Ipminmax " IPMINMAX_VERSION ", with the interface of Ipopt " IPOPT_VERSION
+                ", running with linear solver ",
+                linear_solver, ".\n\n");
 }
 
 }  // namespace ipminmax::log

@@ -78,7 +78,8 @@ namespace ipminmax::log {
 class StartsProgress {
  public:
   /// larger_is_better: a maximization.
-  StartsProgress(Index starts, bool larger_is_better);
+  StartsProgress(Index starts, bool larger_is_better)
+      : starts_(starts), larger_is_better_(larger_is_better) {}
   void add(const Result& result);
   [[nodiscard]] std::string line() const;
   /// Seconds since line() was last due, or since the beginning.

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/ipopt_library.hpp"
 #include "adapter/ipopt/ipopt_only_options.hpp"
@@ -33,6 +34,7 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/search/result_arrays.hpp"
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
@@ -71,14 +73,15 @@ struct Settings {
 
 /// The option that names the solver's library; empty: it is built in.
 std::string library_option(LinearSolver solver) {
+  using enum LinearSolver;
   switch (solver) {
-    case LinearSolver::Ma57:
-    case LinearSolver::Ma97:
+    case Ma57:
+    case Ma97:
       return "hsllib";
-    case LinearSolver::Spral:
+    case Spral:
       return "minmax_spral_library";
-    case LinearSolver::Pardiso:
-    case LinearSolver::PardisoMkl:
+    case Pardiso:
+    case PardisoMkl:
       return "pardisolib";
     default:
       return "";
@@ -93,51 +96,45 @@ void choose_solver_library(const OptionsList& list, Settings& settings) {
   const std::string option = library_option(solver);
   if (option.empty()) return;
   std::string file;
-  const bool is_named = list.GetStringValue(option, file, "");
+  const bool is_named = get_option(list, option, file);
   if (!is_named && solver == LinearSolver::PardisoMkl) file = "libmkl_rt.so";
   use_solver_library(solver, file);
   const std::string reason = missing_solver_library(solver);
   if (reason.empty()) return;
   if (is_named) {
-    settings.error = option + " = " + file + " cannot be used: " + reason;
+    settings.error = concat(option, " = ", file, " cannot be used: ", reason);
     return;
   }
   std::string name;
-  list.GetStringValue("linear_solver", name, "");
-  settings.ignored.push_back("linear_solver = " + name + " has no effect: " + reason +
-                             "; auto is used, see " + option);
+  get_option(list, "linear_solver", name);
+  settings.ignored.push_back(
+      concat("linear_solver = ", name, " has no effect: ", reason, "; auto is used, see ", option));
   solver = LinearSolver::Auto;
 }
 
+/// How much is printed on the console, or into the output file.
+EJournalLevel print_level(const OptionsList& list, bool of_file = false) {
+  Index level = J_ITERSUMMARY;
+  read_option(list, "print_level", level);
+  if (of_file) read_option(list, "file_print_level", level);
+  return static_cast<EJournalLevel>(level);
+}
+
 Settings read_settings(const OptionsList& list) {
-  const MayBeSet may_be_set(list);
-  const auto flag = [&](const char* name) {  // all are off by default
-    bool value = false;
-    if (may_be_set(name)) list.GetBoolValue(name, value, "");
-    return value;
-  };
   Settings settings;
-  Index level = 0;
-  list.GetIntegerValue("print_level", level, "");
-  settings.print_level = static_cast<EJournalLevel>(level);
-  settings.without_banner = flag("sb");
+  settings.print_level = print_level(list);
+  read_option(list, "sb", settings.without_banner);
   settings.error = solver_options(list, settings.solver);
   if (!settings.error.empty()) return settings;
   settings.players = player_options(list);
-  if (may_be_set("print_frequency_iter")) {
-    list.GetIntegerValue("print_frequency_iter", settings.rows.every, "");
-  }
-  if (may_be_set("print_frequency_time")) {
-    list.GetNumericValue("print_frequency_time", settings.rows.pause, "");
-  }
-  settings.rows.with_info = flag("print_info_string");
-  settings.rows.as_ipopt = flag("print_ipopt_log");
-  settings.list_options = flag("print_user_options");
-  settings.document_options = flag("print_options_documentation");
-  settings.time_stages = flag("print_timing_statistics");
-  if (may_be_set("minmax_points_file")) {
-    list.GetStringValue("minmax_points_file", settings.points_file, "");
-  }
+  read_option(list, "print_frequency_iter", settings.rows.every);
+  read_option(list, "print_frequency_time", settings.rows.pause);
+  read_option(list, "print_info_string", settings.rows.with_info);
+  read_option(list, "print_ipopt_log", settings.rows.as_ipopt);
+  read_option(list, "print_user_options", settings.list_options);
+  read_option(list, "print_options_documentation", settings.document_options);
+  read_option(list, "print_timing_statistics", settings.time_stages);
+  read_option(list, "minmax_points_file", settings.points_file);
   settings.ignored = ignored_ipopt_options(list);
   choose_solver_library(list, settings);
   return settings;
@@ -206,14 +203,10 @@ double bound_violation(const ProblemStructure& structure, const std::vector<doub
 bool stdout_is_terminal(bool over_ranks) {
   if (isatty(STDOUT_FILENO) != 1) return false;
   if (!over_ranks || std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) return true;
-  const std::string output = "/proc/" + std::to_string(getppid()) + "/fd/1";
+  const std::string output = concat("/proc/", getppid(), "/fd/1");
   std::error_code error;
   const std::string target = std::filesystem::read_symlink(output, error).string();
   return target.starts_with("/dev/pts/") || target.starts_with("/dev/tty");
-}
-
-bool has_variable_of(Player player, const ProblemStructure& s) {
-  return std::ranges::find(s.variable_players, player) != s.variable_players.end();
 }
 
 /// A model may stop because Ipopt's own methods have nothing to tell it.
@@ -294,30 +287,12 @@ struct MinMaxApplication::Implementation {
   Implementation(MinMaxApplication& owner, bool create_console_out) : application(owner) {
     if (create_console_out) {
       journalist->AddFileJournal("console", "stdout", J_ITERSUMMARY);
-      set_console_level(level_option("print_level"));
+      set_console_level(print_level(*list));
     }
   }
 
   // --- Options and output
   // ---------------------------------------------------------------------------
-
-  [[nodiscard]] std::string string_option(const char* name) const {
-    std::string value;
-    list->GetStringValue(name, value, "");
-    return value;
-  }
-
-  [[nodiscard]] bool flag(const char* name) const {
-    bool value = false;
-    list->GetBoolValue(name, value, "");
-    return value;
-  }
-
-  [[nodiscard]] EJournalLevel level_option(const char* name) const {
-    Index value = 0;
-    list->GetIntegerValue(name, value, "");
-    return static_cast<EJournalLevel>(value);
-  }
 
   [[nodiscard]] const Settings& current_settings() {
     // Another class of list does not tell when it changes.
@@ -351,15 +326,13 @@ struct MinMaxApplication::Implementation {
   }
 
   [[nodiscard]] ApplicationReturnStatus set_up_output() {
-    set_console_level(level_option("print_level"));
-    const std::string file_name = string_option("output_file");
-    if (file_name.empty()) return Solve_Succeeded;
-    Index unused = 0;
-    const bool own_level = list->GetIntegerValue("file_print_level", unused, "");
-    if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"),
-                         flag("file_append"))) {
+    set_console_level(print_level(*list));
+    std::string file_name;
+    bool append = false;
+    read_option(*list, "output_file", file_name);
+    read_option(*list, "file_append", append);
+    if (file_name.empty() || open_output_file(file_name, print_level(*list, true), append))
       return Solve_Succeeded;
-    }
     return refuse_option("Error opening output file \"" + file_name + "\"", "");
   }
 
@@ -374,18 +347,14 @@ struct MinMaxApplication::Implementation {
 
   [[nodiscard]] ApplicationReturnStatus initialize_from_file(const std::string& name,
                                                              bool allow_clobber, bool must_exist) {
-    try {
-      std::ifstream file;
-      if (!name.empty()) file.open(name);
-      std::error_code unknown;
-      if (!name.empty() && !file.is_open() &&
-          (must_exist || std::filesystem::exists(name, unknown))) {
-        return refuse_option("the options file \"" + name + "\" cannot be opened");
-      }
-      return initialize(file, name, allow_clobber);
-    } catch (...) {
-      return report_exception();
+    std::ifstream file;
+    if (!name.empty()) file.open(name);
+    std::error_code unknown;
+    if (!name.empty() && !file.is_open() &&
+        (must_exist || std::filesystem::exists(name, unknown))) {
+      return refuse_option("the options file \"" + name + "\" cannot be opened");
     }
+    return initialize(file, name, allow_clobber);
   }
 
   [[nodiscard]] ApplicationReturnStatus initialize(std::istream& options, const std::string& source,
@@ -411,7 +380,7 @@ struct MinMaxApplication::Implementation {
   }
 
   void print_options_documentation() {
-    if (documentation_printed || !flag("print_options_documentation")) return;
+    if (documentation_printed || !current_settings().document_options) return;
     print(J_SUMMARY, J_MAIN, "\n# List of options\n");
     std::istringstream lines(options_text());  // line by line: journals of Ipopt may have a buffer
     for (std::string line; std::getline(lines, line);) {
@@ -513,7 +482,7 @@ struct MinMaxApplication::Implementation {
       return {.on_iteration = [this](const IterationInfo& info) { return tell(info); },
               .message =
                   [this](std::string_view text) {
-                    owner.print(J_WARNING, J_MAIN, std::string(text) + "\n");
+                    owner.print(J_WARNING, J_MAIN, concat(text, "\n"));
                   }};
     }
     [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = J_ITERSUMMARY) {
@@ -539,11 +508,12 @@ struct MinMaxApplication::Implementation {
       if (many && info.iteration == 0) audience.rows = IterationRows(current_settings().rows);
       return audience.tell(info, level);
     };
-    const bool as_ipopt = flag("print_ipopt_log");  // whose log has no such tables
+    const bool as_ipopt = current_settings().rows.as_ipopt;  // whose log has no such tables
     // One line that is refreshed on a terminal, else one line per start.
     const bool on_terminal = prints_to_terminal();
+    const auto& players = problem.structure().variable_players;
     log::StartsProgress progress(options.minmax_starts,
-                                 !has_variable_of(Player::Min, problem.structure()));
+                                 std::ranges::count(players, Player::Min) == 0);
     observer.on_result = [&, rows = on_terminal ? J_DETAILED : J_ITERSUMMARY](Index start,
                                                                               const Result& found) {
       if (as_ipopt || !many) return;
@@ -553,7 +523,7 @@ struct MinMaxApplication::Implementation {
       show_progress(progress, on_terminal);
     };
     observer.message = [this](Index, std::string_view text) {
-      print(J_WARNING, J_MAIN, std::string(text) + "\n");
+      print(J_WARNING, J_MAIN, concat(text, "\n"));
     };
     Answer found = over_ranks ? multistart_over_ranks(
                                     [&] { return std::make_unique<ForwardingProblem>(problem); }, 1,
@@ -609,23 +579,24 @@ struct MinMaxApplication::Implementation {
     warnings.clear();
     const bool distributes = dynamic_cast<const MinMaxTNLP*>(GetRawPtr(model)) != nullptr &&
                              dynamic_cast<const OptionalPlayers*>(GetRawPtr(model)) == nullptr;
-    if (!distributes && !has_variable_of(Player::Max, structure)) {  // an ordinary model
+    if (!distributes && !has_max_variables(structure)) {  // an ordinary model
       print(J_WARNING, J_MAIN,
-            std::string("Note: no Max variable: a ") +
-                (options.obj_scaling_factor < 0.0 ? "maximization" : "minimization") + ".\n\n");
+            options.obj_scaling_factor < 0.0 ? "Note: no Max variable: a maximization.\n\n"
+                                             : "Note: no Max variable: a minimization.\n\n");
       return;
     }
     const auto warn = [&](const std::string& text) {
-      print(J_WARNING, J_MAIN, "Warning: " + text + "\n\n");
+      if (!text.empty()) print(J_WARNING, J_MAIN, "Warning: " + text + "\n\n");
     };
-    if (const auto text = one_player_remark(structure); !text.empty()) warn(text);
+    warn(one_player_remark(structure));
     warnings = split_remarks(structure);
     std::ranges::for_each(warnings, warn);
   }
 
   /// Not where the solver that was asked for is not built in: programs find out so whether it is.
   void print_linear_solver() {
-    const std::string name = string_option("linear_solver");
+    std::string name = "auto";
+    read_option(*list, "linear_solver", name);
     if (name != "auto" && current_settings().solver.linear_solver == LinearSolver::Auto) return;
     print(J_ITERSUMMARY, J_MAIN, log::ipopt_solver_line(name));
   }
@@ -650,9 +621,11 @@ struct MinMaxApplication::Implementation {
     });
     const auto* players = dynamic_cast<const OptionalPlayers*>(GetRawPtr(model));
     const bool is_known = players != nullptr && players->gives_constraints_to_max();
-    if (is_printed(J_SUMMARY, J_SOLUTION) && !is_known) {
-      if (const std::string text = coupled_remark(problem.structure()); !text.empty())
-        print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
+    if (!is_known) {
+      printed(J_SOLUTION, [&] {
+        const std::string text = coupled_remark(problem.structure());
+        return text.empty() ? "" : concat("Note: ", text, "\n");
+      });
     }
     if (as_ipopt) printed(J_SOLUTION, [&] { return log::ipopt_errors(result); });
     printed(J_STATISTICS, [&] {
@@ -680,7 +653,7 @@ struct MinMaxApplication::Implementation {
     const SolverOptions options = current_settings().solver;
     if (current_settings().list_options)
       print(J_ERROR, J_MAIN, "\nList of user-set options:\n\n" + user_options_text(*list) + "\n");
-    if (current_settings().document_options) print_options_documentation();
+    print_options_documentation();
     print_ignored_options();
     if (IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
 
@@ -826,9 +799,9 @@ void MinMaxApplication::RegisterOptions(const SmartPtr<RegisteredOptions>& regis
 
 ApplicationReturnStatus MinMaxApplication::Initialize(bool allow_clobber) {
   std::string file_name;
-  const bool is_set = implementation_->list->GetStringValue("option_file_name", file_name, "");
+  const bool is_set = get_option(*implementation_->list, "option_file_name", file_name);
   // print_level may have been set by now.
-  implementation_->set_console_level(implementation_->level_option("print_level"));
+  implementation_->set_console_level(print_level(*implementation_->list));
   if (!file_name.empty() && file_name != "ipminmax.opt") {
     implementation_->print(J_SUMMARY, J_MAIN, "Using option file \"" + file_name + "\".\n\n");
   }

@@ -37,13 +37,32 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
 /// Ipopt 3.14 answers, and with an older Ipopt they return false.
 class ObservableTNLP : public Ipopt::TNLP {
  public:
-  bool get_curr_iterate(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
-                        bool scaled, Index n, double* x, double* z_L, double* z_U, Index m,
-                        double* g, double* lambda) const;
-  bool get_curr_violations(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
-                           bool scaled, Index n, double* x_L_violation, double* x_U_violation,
-                           double* compl_x_L, double* compl_x_U, double* grad_lag_x, Index m,
-                           double* nlp_constraint_violation, double* compl_g) const;
+  bool get_curr_iterate(const Ipopt::IpoptData* ip_data,
+                        [[maybe_unused]] Ipopt::IpoptCalculatedQuantities* ip_cq, bool scaled,
+                        Index n, double* x, double* z_L, double* z_U, Index m, double* g,
+                        double* lambda) const {
+    if (ip_data != nullptr) {
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+      return TNLP::get_curr_iterate(ip_data, ip_cq, scaled, n, x, z_L, z_U, m, g, lambda);
+#endif
+    }
+    return get_current_iterate(scaled, n, x, z_L, z_U, m, g, lambda);
+  }
+  bool get_curr_violations(const Ipopt::IpoptData* ip_data,
+                           [[maybe_unused]] Ipopt::IpoptCalculatedQuantities* ip_cq, bool scaled,
+                           Index n, double* x_L_violation, double* x_U_violation, double* compl_x_L,
+                           double* compl_x_U, double* grad_lag_x, Index m,
+                           double* nlp_constraint_violation, double* compl_g) const {
+    if (ip_data != nullptr) {
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+      return TNLP::get_curr_violations(ip_data, ip_cq, scaled, n, x_L_violation, x_U_violation,
+                                       compl_x_L, compl_x_U, grad_lag_x, m,
+                                       nlp_constraint_violation, compl_g);
+#endif
+    }
+    return get_current_violations(scaled, n, x_L_violation, x_U_violation, compl_x_L, compl_x_U,
+                                  grad_lag_x, m, nlp_constraint_violation, compl_g);
+  }
 };
 
 /// An Ipopt model that says which player owns each variable and each constraint. It has one vector
@@ -92,7 +111,12 @@ class ModelByRows {
   /// Calls eval_rows if the model is a ModelByRows, else eval_g or eval_jac_g for all rows.
   [[nodiscard]] static bool eval_rows_of(Ipopt::TNLP& model, Index n, const double* x, bool new_x,
                                          Index count, const Index* rows, Index m, double* g,
-                                         Index nele_jac, double* values);
+                                         Index nele_jac, double* values) {
+    if (auto* by_rows = dynamic_cast<ModelByRows*>(&model))
+      return by_rows->eval_rows(n, x, new_x, count, rows, m, g, nele_jac, values);
+    return g != nullptr ? model.eval_g(n, x, new_x, m, g)
+                        : model.eval_jac_g(n, x, new_x, m, nele_jac, nullptr, nullptr, values);
+  }
 };
 
 /// Gives variables and constraints of an unmodified Ipopt model to Max, and passes every call on to
@@ -111,55 +135,101 @@ class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
   /// Returns the model that is split.
   [[nodiscard]] Ipopt::SmartPtr<Ipopt::TNLP> model() const { return model_; }
 
-  [[nodiscard]] const BoxFunctions* over_boxes() override;  // the model's
+  [[nodiscard]] const BoxFunctions* over_boxes() override {
+    auto* model = dynamic_cast<ModelOverBoxes*>(GetRawPtr(model_));
+    return model != nullptr ? model->over_boxes() : nullptr;
+  }
   bool get_variable_players(Index n, Player* players) override;
   bool get_constraint_players(Index m, Player* players) override;
 
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
-                    IndexStyleEnum& index_style) override;
+                    IndexStyleEnum& index_style) override {
+    return model_->get_nlp_info(n, m, nnz_jac_g, nnz_h_lag, index_style);
+  }
   bool get_var_con_metadata(Index n, StringMetaDataMapType& var_string_md,
                             IntegerMetaDataMapType& var_integer_md,
                             NumericMetaDataMapType& var_numeric_md, Index m,
                             StringMetaDataMapType& con_string_md,
                             IntegerMetaDataMapType& con_integer_md,
-                            NumericMetaDataMapType& con_numeric_md) override;
+                            NumericMetaDataMapType& con_numeric_md) override {
+    return model_->get_var_con_metadata(n, var_string_md, var_integer_md, var_numeric_md, m,
+                                        con_string_md, con_integer_md, con_numeric_md);
+  }
   bool get_bounds_info(Index n, double* x_l, double* x_u, Index m, double* g_l,
-                       double* g_u) override;
+                       double* g_u) override {
+    return model_->get_bounds_info(n, x_l, x_u, m, g_l, g_u);
+  }
   bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index n, double* x_scaling,
-                              bool& use_g_scaling, Index m, double* g_scaling) override;
-  bool get_variables_linearity(Index n, LinearityType* var_types) override;
-  bool get_constraints_linearity(Index m, LinearityType* const_types) override;
+                              bool& use_g_scaling, Index m, double* g_scaling) override {
+    return model_->get_scaling_parameters(obj_scaling, use_x_scaling, n, x_scaling, use_g_scaling,
+                                          m, g_scaling);
+  }
+  bool get_variables_linearity(Index n, LinearityType* var_types) override {
+    return model_->get_variables_linearity(n, var_types);
+  }
+  bool get_constraints_linearity(Index m, LinearityType* const_types) override {
+    return model_->get_constraints_linearity(m, const_types);
+  }
   bool get_starting_point(Index n, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
-                          Index m, bool init_lambda, double* lambda) override;
-  bool get_warm_start_iterate(Ipopt::IteratesVector& warm_start_iterate) override;
-  bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override;
-  bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override;
-  bool eval_g(Index n, const double* x, bool new_x, Index m, double* g) override;
+                          Index m, bool init_lambda, double* lambda) override {
+    return model_->get_starting_point(n, init_x, x, init_z, z_L, z_U, m, init_lambda, lambda);
+  }
+  bool get_warm_start_iterate(Ipopt::IteratesVector& warm_start_iterate) override {
+    return model_->get_warm_start_iterate(warm_start_iterate);
+  }
+  bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override {
+    return model_->eval_f(n, x, new_x, obj_value);
+  }
+  bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override {
+    return model_->eval_grad_f(n, x, new_x, grad_f);
+  }
+  bool eval_g(Index n, const double* x, bool new_x, Index m, double* g) override {
+    return model_->eval_g(n, x, new_x, m, g);
+  }
   bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* iRow,
-                  Index* jCol, double* values) override;
+                  Index* jCol, double* values) override {
+    return model_->eval_jac_g(n, x, new_x, m, nele_jac, iRow, jCol, values);
+  }
   bool eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
               const double* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
-              double* values) override;
+              double* values) override {
+    return model_->eval_h(n, x, new_x, obj_factor, m, lambda, new_lambda, nele_hess, iRow, jCol,
+                          values);
+  }
   bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* rows, Index m,
-                 double* g, Index nele_jac,
-                 double* values) override;  // the model's
+                 double* g, Index nele_jac, double* values) override {
+    return eval_rows_of(*model_, n, x, new_x, count, rows, m, g, nele_jac, values);
+  }  // the model's
   void finalize_solution(Ipopt::SolverReturn status, Index n, const double* x, const double* z_L,
                          const double* z_U, Index m, const double* g, const double* lambda,
                          double obj_value, const Ipopt::IpoptData* ip_data,
-                         Ipopt::IpoptCalculatedQuantities* ip_cq) override;
+                         Ipopt::IpoptCalculatedQuantities* ip_cq) override {
+    model_->finalize_solution(status, n, x, z_L, z_U, m, g, lambda, obj_value, ip_data, ip_cq);
+  }
   void finalize_metadata(Index n, const StringMetaDataMapType& var_string_md,
                          const IntegerMetaDataMapType& var_integer_md,
                          const NumericMetaDataMapType& var_numeric_md, Index m,
                          const StringMetaDataMapType& con_string_md,
                          const IntegerMetaDataMapType& con_integer_md,
-                         const NumericMetaDataMapType& con_numeric_md) override;
+                         const NumericMetaDataMapType& con_numeric_md) override {
+    model_->finalize_metadata(n, var_string_md, var_integer_md, var_numeric_md, m, con_string_md,
+                              con_integer_md, con_numeric_md);
+  }
   bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, double obj_value, double inf_pr,
                              double inf_du, double mu, double d_norm, double regularization_size,
                              double alpha_du, double alpha_pr, Index ls_trials,
                              const Ipopt::IpoptData* ip_data,
-                             Ipopt::IpoptCalculatedQuantities* ip_cq) override;
-  Index get_number_of_nonlinear_variables() override;
-  bool get_list_of_nonlinear_variables(Index num_nonlin_vars, Index* pos_nonlin_vars) override;
+                             Ipopt::IpoptCalculatedQuantities* ip_cq) override {
+    return model_->intermediate_callback(mode, iter, obj_value, inf_pr, inf_du, mu, d_norm,
+                                         regularization_size, alpha_du, alpha_pr, ls_trials,
+                                         ip_data, ip_cq);
+  }
+  Index get_number_of_nonlinear_variables() override {
+    return model_->get_number_of_nonlinear_variables();
+  }
+  bool get_list_of_nonlinear_variables(Index num_nonlin_vars, Index* pos_nonlin_vars) override {
+    return model_->get_list_of_nonlinear_variables(num_nonlin_vars, pos_nonlin_vars);
+  }
 
  private:
   Ipopt::SmartPtr<Ipopt::TNLP> model_;

@@ -1,11 +1,14 @@
 #include "adapter/ipopt/option_registry.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <variant>
 
+#include "adapter/ipopt/concat.hpp"
+#include "adapter/ipopt/exact_options.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -44,19 +47,6 @@ void add_number(RegisteredOptions& registry, const std::string& name, const std:
   }
 }
 
-void add_integer(RegisteredOptions& registry, const std::string& name, const std::string& text,
-                 const Integer& o) {
-  if (o.lower > kLeast && o.upper < kMost) {
-    registry.AddBoundedIntegerOption(name, text, o.lower, o.upper, o.by_default);
-  } else if (o.lower > kLeast) {
-    registry.AddLowerBoundedIntegerOption(name, text, o.lower, o.by_default);
-  } else if (o.upper < kMost) {
-    registry.AddUpperBoundedIntegerOption(name, text, o.upper, o.by_default);
-  } else {
-    registry.AddIntegerOption(name, text, o.by_default);
-  }
-}
-
 }  // namespace
 
 std::string text_of(double value) {
@@ -64,12 +54,38 @@ std::string text_of(double value) {
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
+std::optional<double> parse_number(std::string text) {
+  const auto exponent = [](char c) { return c == 'd' || c == 'D'; };
+  if (text.find_first_of("0123456789") != std::string::npos) {
+    std::replace_if(text.begin(), text.end(), exponent, 'e');
+  }
+  if (text.starts_with('+')) text.erase(0, 1);
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
+  if (error == std::errc::result_out_of_range && text.find("e-") == std::string::npos) {
+    return text.starts_with('-') ? -kInfinity : kInfinity;
+  }
+  return value;
+}
+
+std::optional<int> parse_integer(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  int value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || stop != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
 void register_option(RegisteredOptions& registry, const OptionInfo& info) {
   registry.SetRegisteringCategory(std::string(info.category));
   const std::string name(info.name), text(info.text);
   std::visit(
       Kinds{[&](const Number& o) { add_number(registry, name, text, o); },
-            [&](const Integer& o) { add_integer(registry, name, text, o); },
+            [&](const Integer& o) {
+              registry.AddBoundedIntegerOption(name, text, o.lower, o.upper, o.by_default);
+            },
             [&](const Flag&) {
               registry.AddStringOption2(name, text, default_of(info), "no", "", "yes", "");
             },
@@ -83,17 +99,15 @@ void register_option(RegisteredOptions& registry, const OptionInfo& info) {
 }
 
 std::string type_of(const OptionInfo& info) {
-  return std::visit(
-      Kinds{[](const Number&) { return "number"; }, [](const Integer&) { return "integer"; },
-            [](const Flag&) { return "yes/no"; }, [](const Choice&) { return "choice"; },
-            [](const Name&) { return "name"; }},
-      info.kind);
+  constexpr std::array kTypes = {"number", "integer", "yes/no", "choice", "name"};
+  static_assert(kTypes.size() == std::variant_size_v<decltype(info.kind)>);
+  return kTypes[info.kind.index()];
 }
 
 std::string range_of(const OptionInfo& info) {
   if (const auto* o = std::get_if<Number>(&info.kind)) {
-    return (o->lower_strict ? "(" : "[") + text_of(o->lower) + ", " + text_of(o->upper) +
-           (o->upper_strict ? ")" : "]");
+    return concat(o->lower_strict ? "(" : "[", text_of(o->lower), ", ", text_of(o->upper),
+                  o->upper_strict ? ")" : "]");
   }
   if (const auto* o = std::get_if<Integer>(&info.kind)) {
     return (o->lower > kLeast ? "[" + std::to_string(o->lower) : "(-inf") + ", " +
@@ -104,10 +118,8 @@ std::string range_of(const OptionInfo& info) {
 
 std::string range_of(const RegisteredOption& option) {
   OptionInfo info{};
-  if (option.Type() == Ipopt::OT_Number)
-    info.kind = number_of(option);
-  else
-    info.kind = integer_of(option);
+  info.kind = integer_of(option);
+  if (option.Type() == Ipopt::OT_Number) info.kind = number_of(option);
   return range_of(info);
 }
 
@@ -139,16 +151,13 @@ std::string default_of(const OptionInfo& info) {
 std::optional<std::string> value_of(const OptionInfo& info, const OptionsList& list) {
   const std::string name(info.name);
   if (std::holds_alternative<Number>(info.kind)) {
-    double value = 0.0;
-    return list.GetNumericValue(name, value, "") ? std::optional(text_of(value)) : std::nullopt;
+    if (double value = 0.0; get_option(list, name, value)) return text_of(value);
+  } else if (std::holds_alternative<Integer>(info.kind)) {
+    if (Index value = 0; get_option(list, name, value)) return std::to_string(value);
+  } else if (std::string value; get_option(list, name, value)) {
+    return value;
   }
-  if (std::holds_alternative<Integer>(info.kind)) {
-    Index value = 0;
-    return list.GetIntegerValue(name, value, "") ? std::optional(std::to_string(value))
-                                                 : std::nullopt;
-  }
-  std::string value;
-  return list.GetStringValue(name, value, "") ? std::optional(value) : std::nullopt;
+  return std::nullopt;
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
@@ -20,6 +21,11 @@ using Ipopt::RegisteredOptions;
 
 /// The shortest text that reads back as this number, as "0.1"; also inf and -inf.
 [[nodiscard]] std::string text_of(double value);
+
+/// The whole text as a number, whatever the locale; Fortran's exponent letter d is accepted, as in
+/// Ipopt. Infinite or zero beyond the range of double.
+[[nodiscard]] std::optional<double> parse_number(std::string text);
+[[nodiscard]] std::optional<int> parse_integer(std::string_view text);
 
 /// Registers an option under its category, with its type, range, values and default.
 void register_option(RegisteredOptions& registry, const OptionInfo& info);

@@ -1,10 +1,14 @@
 #include <algorithm>
 #include <iterator>
+#include <sstream>
 #include <string_view>
+#include <utility>
 #include <variant>
 
 #include "adapter/ipopt/application_options.hpp"
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/ipopt_only_options.hpp"
+#include "adapter/ipopt/log.hpp"
 #include "adapter/ipopt/option_registry.hpp"
 #include "adapter/ipopt/options_documentation.hpp"
 #include "core/model/indices.hpp"
@@ -16,23 +20,14 @@ namespace {
 /// text in lines of at most 80 columns, each after the indentation.
 std::string wrapped(std::string_view text, std::size_t indentation) {
   const std::string indent(indentation, ' ');
-  std::string result;
-  std::string line;
-  while (!text.empty()) {
-    const std::size_t blank = std::min(text.find(' '), text.size());
-    const std::string word(text.substr(0, blank));
-    text.remove_prefix(std::min(blank + 1, text.size()));
-    if (!line.empty() && indentation + line.size() + 1 + word.size() > 80) {
-      result += indent + line + "\n";
-      line.clear();
-    }
+  std::string result, line;
+  std::istringstream words{std::string(text)};
+  for (std::string word; words >> word;) {
+    if (!line.empty() && indentation + line.size() + 1 + word.size() > 80)
+      result += concat(indent, std::exchange(line, {}), "\n");
     line += (line.empty() ? "" : " ") + word;
   }
-  return result + indent + line + "\n";
-}
-
-std::string padded(const std::string& text, std::size_t width) {
-  return text + std::string(text.size() < width ? width - text.size() : 1, ' ');
+  return concat(result, indent, line, "\n");
 }
 
 }  // namespace
@@ -65,16 +60,17 @@ std::string options_text() {
   for (const OptionInfo& option : list_options()) {
     if (option.category != category) {
       category = option.category;
-      text += "\n### " + std::string(category) + " ###\n\n";
+      text += concat("\n### ", category, " ###\n\n");
     }
     const std::string by_default = default_of(option);
-    text += padded(std::string(option.name), 32) + " " + padded(values_of(option), 28) +
-            " default " + (by_default.empty() ? "none" : by_default) + "\n";
+    text +=
+        log::format("%-31s  %-27s  default %s\n", std::string(option.name).c_str(),
+                    values_of(option).c_str(), by_default.empty() ? "none" : by_default.c_str());
     text += wrapped(option.text, 4);
     if (const auto* choice = std::get_if<OptionInfo::Choice>(&option.kind)) {
       for (const auto i : indices(choice->names)) {
-        const std::string meaning(choice->texts[i]);
-        text += wrapped(std::string(choice->names[i]) + (meaning.empty() ? "" : ": " + meaning), 6);
+        const std::string_view meaning = choice->texts[i];
+        text += wrapped(concat(choice->names[i], meaning.empty() ? "" : ": ", meaning), 6);
       }
     }
   }
@@ -82,20 +78,19 @@ std::string options_text() {
 }
 
 std::string user_options_text(const OptionsList& list) {
-  std::string text = padded("Name", 34) + padded("Value", 26) + "used\n";
-  const auto row = [&](const std::string& name, const std::string& value, bool used) {
-    text += padded(name, 34) + padded(value, 26) + (used ? "yes" : "no") + "\n";
+  std::string text;
+  const auto row = [&](std::string_view name, const std::string& value, const char* used) {
+    text += log::format("%-33s %-25s %s\n", std::string(name).c_str(), value.c_str(), used);
   };
-  const auto others = ipopt_only_linear_solvers();
+  row("Name", "Value", "used");
   for (const OptionInfo& option : list_options()) {
     const auto value = value_of(option, list);
-    if (!value) continue;
     const bool foreign =
-        option.name == "linear_solver" && std::ranges::find(others, *value) != others.end();
-    row(std::string(option.name), *value, !foreign);
+        value && option.name == "linear_solver" && is_ipopt_only_linear_solver(*value);
+    if (value) row(option.name, *value, foreign ? "no" : "yes");
   }
   for (const OptionInfo& option : ipopt_only_options()) {
-    if (const auto value = value_of(option, list)) row(std::string(option.name), *value, false);
+    if (const auto value = value_of(option, list)) row(option.name, *value, "no");
   }
   return text;
 }

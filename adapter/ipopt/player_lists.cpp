@@ -1,8 +1,7 @@
 #include <algorithm>
-#include <charconv>
-#include <optional>
 #include <utility>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/exact_options.hpp"
 #include "adapter/ipopt/player_lists.hpp"
 #include "linalg/numbers.hpp"
@@ -42,43 +41,27 @@ bool is_digits(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Nothing when the number does not fit an Index.
-std::optional<Index> read_index(std::string_view digits) {
-  Index value = 0;
-  const char* end = digits.data() + digits.size();
-  if (std::from_chars(digits.data(), end, value).ec != std::errc{}) return std::nullopt;
-  return value;
-}
-
-std::string error_of_range(std::string_view text, const ListedItems& items) {
-  const std::string what(items.what);
-  return "there is no " + what + " " + std::string(text) + ": the model has " +
-         std::to_string(items.count) + " " + what + "s, counted from 0";
-}
-
 std::string add_range(std::string_view first, std::string_view last, const ListedItems& items,
                       std::vector<Index>& indices) {
-  const auto in_range = [&](std::optional<Index> i) { return i && *i < items.count; };
-  const auto begin = read_index(first);
-  const auto end = read_index(last);
-  if (!in_range(begin)) return error_of_range(first, items);
-  if (!in_range(end)) return error_of_range(last, items);
-  if (*end < *begin) {
-    return "the range " + std::string(first) + "-" + std::string(last) + " runs backwards";
+  const auto begin = parse_integer(first), end = parse_integer(last);
+  for (const auto& [text, i] : {std::pair(first, begin), std::pair(last, end)}) {
+    if (!i || *i >= items.count)
+      return concat("there is no ", items.what, " ", text, ": the model has ", items.count, " ",
+                    items.what, "s, counted from 0");
   }
+  if (*end < *begin) return concat("the range ", first, "-", last, " runs backwards");
   for (Index i = *begin; i <= *end; ++i) indices.push_back(i);
   return {};
 }
 
 std::string add_named(std::string_view name, const ListedItems& items,
                       std::vector<Index>& indices) {
-  const std::string what(items.what);
   if (items.names == nullptr || items.names->empty()) {
-    const std::string reason = items.names_given > 0
-                                   ? "gives " + std::to_string(items.names_given) + " names for " +
-                                         std::to_string(items.count) + " " + what + "s"
-                                   : "names no " + what + "s";
-    return "\"" + std::string(name) + "\" is no index and no range, and the model " + reason;
+    const std::string reason =
+        items.names_given > 0 ? concat("gives ", items.names_given, " names for ", items.count, " ")
+                              : "names no ";
+    return concat("\"", name, "\" is no index and no range, and the model ", reason, items.what,
+                  "s");
   }
   bool found = false;
   for (std::size_t i = 0; i < items.names->size(); ++i) {
@@ -88,18 +71,15 @@ std::string add_named(std::string_view name, const ListedItems& items,
     indices.push_back(static_cast<Index>(i));
     found = true;
   }
-  return found ? std::string() : "there is no " + what + " named \"" + std::string(name) + "\"";
+  return found ? "" : concat("there is no ", items.what, " named \"", name, "\"");
 }
 
 std::string description(Index i, const ListedItems& items) {
-  std::string text = std::string(items.what) + " " + std::to_string(i);
-  if (items.names != nullptr && !items.names->empty()) {
-    text += " (" + (*items.names)[at(i)] + ")";
-  }
-  return text;
+  const bool named = items.names != nullptr && !items.names->empty();
+  return concat(items.what, " ", i, named ? " (" + (*items.names)[at(i)] + ")" : "");
 }
 
-std::string name_of(Player player) { return player == Player::Max ? "Max" : "Min"; }
+const char* name_of(Player player) { return player == Player::Max ? "Max" : "Min"; }
 
 }  // namespace
 
@@ -122,13 +102,9 @@ std::string read_index_list(std::string_view list, const ListedItems& items,
 
 PlayerOptions player_options(const Ipopt::OptionsList& list) {
   PlayerOptions options;
-  const MayBeSet may_be_set(list);
-  const auto read = [&](const char* name, std::string& value) {  // empty by default
-    if (may_be_set(name)) list.GetStringValue(name, value, "");
-  };
-  read("minmax_max_variables", options.max_variables);
-  read("minmax_max_constraints", options.max_constraints);
-  read("minmax_min_constraints", options.min_constraints);
+  read_option(list, "minmax_max_variables", options.max_variables);
+  read_option(list, "minmax_max_constraints", options.max_constraints);
+  read_option(list, "minmax_min_constraints", options.min_constraints);
   return options;
 }
 
@@ -136,18 +112,17 @@ std::string apply_player_option(std::string_view option, std::string_view list,
                                 const ListedItems& items, const StatedPlayers& stated,
                                 std::vector<Player>& players) {
   std::vector<Index> indices;
-  std::string error = read_index_list(list, items, indices);
-  if (!error.empty()) return "option " + std::string(option) + ": " + error;
+  if (const auto error = read_index_list(list, items, indices); !error.empty())
+    return concat("option ", option, ": ", error);
   if (indices.empty()) return {};
   std::vector<Player> listed = stated.implied;
   for (const Index i : indices) listed[at(i)] = Player::Max;
   if (players != stated.implied) {
     const auto [ours, theirs] = std::ranges::mismatch(listed, players);
     if (ours != listed.end()) {
-      return "option " + std::string(option) + " gives " +
-             description(static_cast<Index>(ours - listed.begin()), items) + " to " +
-             name_of(*ours) + ", " + std::string(stated.source) + " gives it to " +
-             name_of(*theirs);
+      return concat("option ", option, " gives ",
+                    description(static_cast<Index>(ours - listed.begin()), items), " to ",
+                    name_of(*ours), ", ", stated.source, " gives it to ", name_of(*theirs));
     }
   }
   players = std::move(listed);

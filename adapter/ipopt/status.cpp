@@ -14,7 +14,7 @@ struct IpoptStatus {
   std::string_view name;
 };
 
-constexpr auto ipopt_statuses() {
+constexpr auto kIpoptStatuses = [] {
   using enum Ipopt::ApplicationReturnStatus;
   using enum Ipopt::SolverReturn;
   return std::to_array<IpoptStatus>({
@@ -43,61 +43,60 @@ constexpr auto ipopt_statuses() {
         {Insufficient_Memory, OUT_OF_MEMORY, "Insufficient_Memory"},
         {Internal_Error, INTERNAL_ERROR, "Internal_Error"},
   });
-}
-
-constexpr std::array kIpoptStatuses = ipopt_statuses();
+}();
 
 }  // namespace
 
 Ipopt::ApplicationReturnStatus application_status(Status status) {
   using enum Ipopt::ApplicationReturnStatus;
+  using enum Status;
   switch (status) {
-    case Status::Solved:
-    case Status::SolvedDegenerate:
+    case Solved:
+    case SolvedDegenerate:
       return Solve_Succeeded;
-    case Status::SolvedToAcceptableLevel:
+    case SolvedToAcceptableLevel:
       return Solved_To_Acceptable_Level;
-    case Status::NotLocalMinmax:
-    case Status::NoLocalMinmaxFound:
-    case Status::WorstCaseNotMet:
-    case Status::TinyStep:
+    case NotLocalMinmax:
+    case NoLocalMinmaxFound:
+    case WorstCaseNotMet:
+    case TinyStep:
       return Search_Direction_Becomes_Too_Small;
-    case Status::InnerUnbounded:
-    case Status::OuterUnbounded:
-    case Status::DivergingIterates:
+    case InnerUnbounded:
+    case OuterUnbounded:
+    case DivergingIterates:
       return Diverging_Iterates;
-    case Status::LocallyInfeasible:
-    case Status::InnerInfeasible:
+    case LocallyInfeasible:
+    case InnerInfeasible:
       return Infeasible_Problem_Detected;
-    case Status::MaxIterations:
+    case MaxIterations:
       return Maximum_Iterations_Exceeded;
-    case Status::MaxCpuTime:
+    case MaxCpuTime:
       return Maximum_CpuTime_Exceeded;
-    case Status::MaxWallTime:
+    case MaxWallTime:
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
       return Maximum_WallTime_Exceeded;
 #else
       return Maximum_CpuTime_Exceeded;
 #endif
-    case Status::RestorationFailed:
+    case RestorationFailed:
       return Restoration_Failed;
-    case Status::InertiaCorrectionFailed:
-    case Status::LinearSolverFailed:
+    case InertiaCorrectionFailed:
+    case LinearSolverFailed:
       return Error_In_Step_Computation;
-    case Status::EvaluationFailed:
-    case Status::InvalidNumber:
+    case EvaluationFailed:
+    case InvalidNumber:
       return Invalid_Number_Detected;
-    case Status::UserStop:
+    case UserStop:
       return User_Requested_Stop;
-    case Status::InvalidProblem:
+    case InvalidProblem:
       return Invalid_Problem_Definition;
-    case Status::InvalidOption:
+    case InvalidOption:
       return Invalid_Option;
-    case Status::TooFewDegreesOfFreedom:
+    case TooFewDegreesOfFreedom:
       return Not_Enough_Degrees_Of_Freedom;
-    case Status::OutOfMemory:
+    case OutOfMemory:
       return Insufficient_Memory;
-    case Status::InternalError:
+    case InternalError:
       return Internal_Error;
   }
   return Internal_Error;

@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <utility>
 
+#include "adapter/ipopt/concat.hpp"
 #include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
@@ -13,26 +13,17 @@ namespace {
 
 constexpr Index kNotSet = std::numeric_limits<Index>::min();
 
-/// Models tell the structure call from the value call by which pointers are null, so an empty array
-/// needs an address too.
-template <class T>
-T* address(std::span<T> values) {
-  static std::remove_const_t<T> nothing{};
-  return values.empty() ? &nothing : values.data();
-}
-template <class T>
-T* address(std::vector<T>& values) {
-  return address(std::span<T>(values));
+[[noreturn]] void reject(const auto&... why) {
+  THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, concat(why...));
 }
 
-/// What is wrong with owners that a model has written, if anything.
-std::string not_a_player(const char* method, const char* kind, const std::vector<Player>& players) {
+/// Looks at owners that a model has written.
+void require_players(const char* method, const char* kind, const std::vector<Player>& players) {
   for (const auto i : indices(players)) {
     if (players[i] == Player::Min || players[i] == Player::Max) continue;
-    return std::string(method) + " gives " + kind + " " + std::to_string(i) + " the owner " +
-           std::to_string(static_cast<int>(players[i])) + ", which is no player";
+    reject(method, " gives ", kind, " ", i, " the owner ", static_cast<int>(players[i]),
+           ", which is no player");
   }
-  return {};
 }
 
 /// One matrix of the model, as its structure call left it.
@@ -49,28 +40,21 @@ struct StructureCall {
   }
   [[nodiscard]] std::string range(Index count) const {
     if (count == 0) return "none exist";
-    return std::to_string(first) + " to " + std::to_string(count - 1 + first);
+    return concat(first, " to ", count - 1 + first);
   }
 
-  [[nodiscard]] std::string error_of(std::size_t k) const {
-    const std::string entry = std::string(matrix) + " entry " + std::to_string(k);
-    if (rows[k] == kNotSet || cols[k] == kNotSet) return entry + " was not set by the model";
-    return entry + " is at row " + std::to_string(rows[k]) + ", column " + std::to_string(cols[k]) +
-           ", outside the matrix (rows " + range(row_count) + ", columns " + range(col_count) +
-           (first == 0 ? ", C style)" : ", Fortran style)");
-  }
-
-  /// 0-based. Returns what is wrong when an entry is outside the matrix.
-  [[nodiscard]] std::string read(std::vector<Triplet>& triplets) const {
+  /// 0-based.
+  void read(std::vector<Triplet>& triplets) const {
     triplets.resize(rows.size());
     for (const auto k : indices(rows)) {
-      if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count)) {
-        triplets.clear();
-        return error_of(k);
-      }
+      if (rows[k] == kNotSet || cols[k] == kNotSet)
+        reject(matrix, " entry ", k, " was not set by the model");
+      if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count))
+        reject(matrix, " entry ", k, " is at row ", rows[k], ", column ", cols[k],
+               ", outside the matrix (rows ", range(row_count), ", columns ", range(col_count),
+               first == 0 ? ", C style)" : ", Fortran style)");
       triplets[k] = {rows[k] - first, cols[k] - first};
     }
-    return {};
   }
 };
 
@@ -81,24 +65,22 @@ std::vector<std::string> names_of(const Ipopt::TNLP::StringMetaDataMapType& stri
 }
 
 /// Players from the metadata "player", when there. what: "variable" or "constraint".
-std::string players_of_metadata(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
-                                const std::string& what, std::vector<Player>& players) {
+void read_metadata(const Ipopt::TNLP::IntegerMetaDataMapType& integers, const char* what,
+                   std::vector<Player>& players) {
   const auto found = integers.find("player");
-  if (found == integers.end()) return {};
+  if (found == integers.end()) return;
   const auto& values = found->second;
-  const std::string metadata = what + " metadata \"player\"";
   if (values.size() != players.size()) {
-    return metadata + " has " + std::to_string(values.size()) + " values for " +
-           std::to_string(players.size()) + " " + what + "s";
+    reject(what, " metadata \"player\" has ", values.size(), " values for ", players.size(), " ",
+           what, "s");
   }
   for (const auto i : indices(values)) {
     if (values[i] != 0 && values[i] != 1) {
-      return metadata + " is " + std::to_string(values[i]) + " at index " + std::to_string(i) +
-             "; it must be 0 (Min) or 1 (Max)";
+      reject(what, " metadata \"player\" is ", values[i], " at index ", i,
+             "; it must be 0 (Min) or 1 (Max)");
     }
     players[i] = values[i] == 1 ? Player::Max : Player::Min;
   }
-  return {};
 }
 
 }  // namespace
@@ -107,43 +89,35 @@ TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOption
                          HessianApproximation hessian)
     : model_(model), options_(std::move(options)), hessian_source_(hessian) {}
 
-bool TnlpProblem::is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
-                        HessianApproximation hessian) const {
-  return GetRawPtr(model_) == GetRawPtr(model) && options_ == options && hessian_source_ == hessian;
-}
-
 std::string TnlpProblem::load() {
+  started_ = false;
   try {
-    return load_parts();
+    load_sizes();
+    load_metadata();
+    load_bounds();
+    load_jacobian_structure();
+    load_hessian_structure();
+    structure_.variable_players.assign(at(n_), Player::Min);
+    read_players(true);
+    implied_constraint_players(structure_, structure_.constraint_players);
+    read_players(false);
+    load_bounds();  // Ipopt asks twice
   } catch (const Ipopt::TNLP::INVALID_TNLP& error) {
     return error.Message();
   }
-}
-
-std::string TnlpProblem::load_parts() {
-  started_ = false;
-  if (auto error = load_sizes(); !error.empty()) return error;
-  load_metadata();
-  if (auto error = load_bounds(); !error.empty()) return error;
-  if (auto error = load_jacobian_structure(); !error.empty()) return error;
-  if (auto error = load_hessian_structure(); !error.empty()) return error;
-  if (auto error = load_players(); !error.empty()) return error;
-  return load_bounds();  // Ipopt asks twice
-}
-
-std::string TnlpProblem::load_sizes() {
-  if (!model_->get_nlp_info(n_, m_, jacobian_entries_, hessian_entries_, index_style_)) {
-    return "get_nlp_info returned false";
-  }
-  const std::array<std::pair<const char*, Index>, 4> sizes{
-      {{"n", n_}, {"m", m_}, {"nnz_jac_g", jacobian_entries_}, {"nnz_h_lag", hessian_entries_}}};
-  for (const auto& [name, size] : sizes) {
-    if (size < 0) return "get_nlp_info set " + std::string(name) + " = " + std::to_string(size);
-  }
-  if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE) {
-    return "get_nlp_info set index_style = " + std::to_string(static_cast<Index>(index_style_));
-  }
   return {};
+}
+
+void TnlpProblem::load_sizes() {
+  if (!model_->get_nlp_info(n_, m_, jacobian_entries_, hessian_entries_, index_style_))
+    reject("get_nlp_info returned false");
+  for (const auto& [name, size] :
+       {std::pair("n", n_), std::pair("m", m_), std::pair("nnz_jac_g", jacobian_entries_),
+        std::pair("nnz_h_lag", hessian_entries_)}) {
+    if (size < 0) reject("get_nlp_info set ", name, " = ", size);
+  }
+  if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE)
+    reject("get_nlp_info set index_style = ", static_cast<Index>(index_style_));
 }
 
 void TnlpProblem::load_metadata() {
@@ -160,7 +134,7 @@ void TnlpProblem::load_metadata() {
   structure_.constraint_names = names_of(g.strings, m_);
 }
 
-std::string TnlpProblem::load_bounds() {
+void TnlpProblem::load_bounds() {
   // NaN marks what the model leaves unset; the core names it.
   structure_.variable_lower.assign(at(n_), kNaN);
   structure_.variable_upper.assign(at(n_), kNaN);
@@ -168,10 +142,8 @@ std::string TnlpProblem::load_bounds() {
   structure_.constraint_upper.assign(at(m_), kNaN);
   if (!model_->get_bounds_info(
           n_, address(structure_.variable_lower), address(structure_.variable_upper), m_,
-          address(structure_.constraint_lower), address(structure_.constraint_upper))) {
-    return "get_bounds_info returned false";
-  }
-  return {};
+          address(structure_.constraint_lower), address(structure_.constraint_upper)))
+    reject("get_bounds_info returned false");
 }
 
 void TnlpProblem::expect_entries(Index entries) {
@@ -179,17 +151,16 @@ void TnlpProblem::expect_entries(Index entries) {
   cols_.assign(at(entries), kNotSet);
 }
 
-std::string TnlpProblem::load_jacobian_structure() {
+void TnlpProblem::load_jacobian_structure() {
   expect_entries(jacobian_entries_);
   has_no_jacobian_ = !model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(rows_),
                                          address(cols_), nullptr);
-  if (has_no_jacobian_) {
-    return "eval_jac_g returned false when asked for the structure of the Jacobian";
-  }
-  return StructureCall{"Jacobian", rows_, cols_, m_, n_, first_index()}.read(structure_.jacobian);
+  if (has_no_jacobian_)
+    reject("eval_jac_g returned false when asked for the structure of the Jacobian");
+  StructureCall{"Jacobian", rows_, cols_, m_, n_, first_index()}.read(structure_.jacobian);
 }
 
-std::string TnlpProblem::load_hessian_structure() {
+void TnlpProblem::load_hessian_structure() {
   structure_.has_hessian = true;
   structure_.nonlinear_variables.reset();
   expect_entries(hessian_entries_);
@@ -201,42 +172,29 @@ std::string TnlpProblem::load_hessian_structure() {
     hessian_entries_ = 0;
     return load_nonlinear_variables();
   }
-  return StructureCall{"Hessian", rows_, cols_, n_, n_, first_index()}.read(structure_.hessian);
+  StructureCall{"Hessian", rows_, cols_, n_, n_, first_index()}.read(structure_.hessian);
 }
 
-std::string TnlpProblem::load_nonlinear_variables() {
+void TnlpProblem::load_nonlinear_variables() {
   const Index count = model_->get_number_of_nonlinear_variables();
-  if (count < 0) return {};
-  if (count > n_) {
-    return "get_number_of_nonlinear_variables returned " + std::to_string(count) + " of " +
-           std::to_string(n_) + " variables";
-  }
+  if (count < 0) return;
+  if (count > n_)
+    reject("get_number_of_nonlinear_variables returned ", count, " of ", n_, " variables");
   std::vector<Index> variables(at(count), kNotSet);
-  if (!model_->get_list_of_nonlinear_variables(count, address(variables))) {
-    return "get_list_of_nonlinear_variables returned false";
-  }
+  if (!model_->get_list_of_nonlinear_variables(count, address(variables)))
+    reject("get_list_of_nonlinear_variables returned false");
   const Index first = first_index();
   for (Index& i : variables) {
-    if (i < first || i - first >= n_) {
-      return i == kNotSet ? "get_list_of_nonlinear_variables left an entry unset"
-                          : "get_list_of_nonlinear_variables lists variable " + std::to_string(i) +
-                                ", but the variables are " + std::to_string(first) + " to " +
-                                std::to_string(n_ - 1 + first);
-    }
+    if (i == kNotSet) reject("get_list_of_nonlinear_variables left an entry unset");
+    if (i < first || i - first >= n_)
+      reject("get_list_of_nonlinear_variables lists variable ", i, ", but the variables are ",
+             first, " to ", n_ - 1 + first);
     i -= first;
   }
   structure_.nonlinear_variables = std::move(variables);
-  return {};
 }
 
-std::string TnlpProblem::load_players() {
-  structure_.variable_players.assign(at(n_), Player::Min);
-  if (auto error = read_players(true); !error.empty()) return error;
-  implied_constraint_players(structure_, structure_.constraint_players);
-  return read_players(false);
-}
-
-std::string TnlpProblem::read_players(bool of_variables) {
+void TnlpProblem::read_players(bool of_variables) {
   auto* model = dynamic_cast<MinMaxTNLP*>(GetRawPtr(model_));
   auto& players = of_variables ? structure_.variable_players : structure_.constraint_players;
   const Metadata& metadata = of_variables ? variable_metadata_ : constraint_metadata_;
@@ -244,40 +202,39 @@ std::string TnlpProblem::read_players(bool of_variables) {
   const char* const kind = of_variables ? "variable" : "constraint";
   const char* const method = of_variables ? "get_variable_players" : "get_constraint_players";
   implied_players_ = players;
-  std::string error;
   if (model == nullptr) {
-    error = players_of_metadata(metadata.integers, kind, players);
+    read_metadata(metadata.integers, kind, players);
   } else if (!(of_variables ? model->get_variable_players(count, address(players))
                             : model->get_constraint_players(count, address(players)))) {
-    error = std::string(method) + " returned false";
+    reject(method, " returned false");
   } else {
-    error = not_a_player(method, kind, players);
+    require_players(method, kind, players);
   }
-  if (!error.empty()) return error;
   // Names of another number than count are not used.
   const auto given = metadata.strings.find("idx_names");
   const ListedItems items{kind, count,
                           of_variables ? &structure_.variable_names : &structure_.constraint_names,
                           given != metadata.strings.end() ? given->second.size() : 0};
-  const StatedPlayers stated{model != nullptr ? method : "metadata \"player\"", implied_players_};
-  error = apply_player_option(of_variables ? "minmax_max_variables" : "minmax_max_constraints",
-                              of_variables ? options_.max_variables : options_.max_constraints,
-                              items, stated, players);
-  if (of_variables || !error.empty()) return error;
-  return apply_min_constraints(options_, items, players);
+  const StatedPlayers stated{model != nullptr ? "the model" : "metadata \"player\"",
+                             implied_players_};
+  std::string error = apply_player_option(
+      of_variables ? "minmax_max_variables" : "minmax_max_constraints",
+      of_variables ? options_.max_variables : options_.max_constraints, items, stated, players);
+  if (!of_variables && error.empty()) error = apply_min_constraints(options_, items, players);
+  if (!error.empty()) reject(error);
 }
 
 bool TnlpProblem::starting_point(StartingPoint& start) {
   const bool warm = start.needs_multipliers;
   // What is not asked for still gets an array, as from Ipopt.
-  unread_z_lower_.assign(warm ? 0 : at(n_), 0.0);
-  unread_z_upper_.assign(warm ? 0 : at(n_), 0.0);
-  unread_lambda_.assign(warm ? 0 : at(m_), 0.0);
-  double* z_lower = warm ? address(start.z_lower) : address(unread_z_lower_);
-  double* z_upper = warm ? address(start.z_upper) : address(unread_z_upper_);
-  double* lambda = warm ? address(start.lambda) : address(unread_lambda_);
-  if (!model_->get_starting_point(n_, true, address(start.v), warm, z_lower, z_upper, m_, warm,
-                                  lambda)) {
+  const auto room = [&](std::span<double> asked, std::vector<double>& unread, Index size) {
+    unread.assign(warm ? 0 : at(size), 0.0);
+    return warm ? address(asked) : address(unread);
+  };
+  if (!model_->get_starting_point(n_, true, address(start.v), warm,
+                                  room(start.z_lower, unread_z_lower_, n_),
+                                  room(start.z_upper, unread_z_upper_, n_), m_, warm,
+                                  room(start.lambda, unread_lambda_, m_))) {
     return false;
   }
   start_.assign(start.v.begin(), start.v.end());
@@ -297,42 +254,6 @@ bool TnlpProblem::user_scaling(UserScaling& scaling) {
   if (!scale_variables) scaling.variables.clear();
   if (!scale_constraints) scaling.constraints.clear();
   return ok;
-}
-
-bool TnlpProblem::objective(std::span<const double> v, bool new_v, double& f) {
-  return model_->eval_f(n_, address(v), new_v, f);
-}
-
-bool TnlpProblem::gradient(std::span<const double> v, bool new_v, std::span<double> grad) {
-  return model_->eval_grad_f(n_, address(v), new_v, address(grad));
-}
-
-bool TnlpProblem::constraints(std::span<const double> v, bool new_v, std::span<double> g) {
-  return model_->eval_g(n_, address(v), new_v, m_, address(g));
-}
-
-bool TnlpProblem::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
-  return model_->eval_jac_g(n_, address(v), new_v, m_, jacobian_entries_, nullptr, nullptr,
-                            address(values));
-}
-
-bool TnlpProblem::constraint_rows(std::span<const Index> rows, std::span<const double> v,
-                                  bool new_v, std::span<double> g) {
-  return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v, static_cast<Index>(rows.size()),
-                                   address(rows), m_, address(g), jacobian_entries_, nullptr);
-}
-
-bool TnlpProblem::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
-                                std::span<double> values) {
-  return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v, static_cast<Index>(rows.size()),
-                                   address(rows), m_, nullptr, jacobian_entries_, address(values));
-}
-
-bool TnlpProblem::hessian(std::span<const double> v, bool new_v, double sigma,
-                          std::span<const double> lambda, bool new_lambda,
-                          std::span<double> values) {
-  return model_->eval_h(n_, address(v), new_v, sigma, m_, address(lambda), new_lambda,
-                        hessian_entries_, nullptr, nullptr, address(values));
 }
 
 const BoxFunctions* TnlpProblem::over_boxes() const {

@@ -2,6 +2,7 @@
 
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "../../core/options.hpp"
@@ -38,7 +39,10 @@ class TnlpProblem : public Problem {
   [[nodiscard]] bool has_no_jacobian() const { return has_no_jacobian_; }
   /// Returns whether it was made from these arguments.
   [[nodiscard]] bool is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
-                           HessianApproximation hessian) const;
+                           HessianApproximation hessian) const {
+    return GetRawPtr(model_) == GetRawPtr(model) && options_ == options &&
+           hessian_source_ == hessian;
+  }
 
   /// Passes the iteration on to intermediate_callback or maximization_callback. Returns false if
   /// the model wants to stop.
@@ -55,20 +59,40 @@ class TnlpProblem : public Problem {
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override;
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
-  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override;
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
+    return model_->eval_f(n_, address(v), new_v, f);
+  }
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
-                              std::span<double> grad) override;
+                              std::span<double> grad) override {
+    return model_->eval_grad_f(n_, address(v), new_v, address(grad));
+  }
   [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
-                                 std::span<double> g) override;
+                                 std::span<double> g) override {
+    return model_->eval_g(n_, address(v), new_v, m_, address(g));
+  }
   [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
-                              std::span<double> values) override;
+                              std::span<double> values) override {
+    return model_->eval_jac_g(n_, address(v), new_v, m_, jacobian_entries_, nullptr, nullptr,
+                              address(values));
+  }
   [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v,
-                                     bool new_v, std::span<double> g) override;
+                                     bool new_v, std::span<double> g) override {
+    return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v,
+                                     static_cast<Index>(rows.size()), address(rows), m_, address(g),
+                                     jacobian_entries_, nullptr);
+  }
   [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v,
-                                   bool new_v, std::span<double> values) override;
+                                   bool new_v, std::span<double> values) override {
+    return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v,
+                                     static_cast<Index>(rows.size()), address(rows), m_, nullptr,
+                                     jacobian_entries_, address(values));
+  }
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
-                             std::span<double> values) override;
+                             std::span<double> values) override {
+    return model_->eval_h(n_, address(v), new_v, sigma, m_, address(lambda), new_lambda,
+                          hessian_entries_, nullptr, nullptr, address(values));
+  }
   [[nodiscard]] const BoxFunctions* over_boxes() const override;
 
  private:
@@ -78,18 +102,27 @@ class TnlpProblem : public Problem {
     Ipopt::TNLP::NumericMetaDataMapType numbers;
   };
 
-  // Each returns what is wrong, empty when nothing is.
-  [[nodiscard]] std::string load_parts();
-  [[nodiscard]] std::string load_sizes();
+  // Each throws INVALID_TNLP if something is wrong.
+  void load_sizes();
   void load_metadata();
-  [[nodiscard]] std::string load_bounds();
+  void load_bounds();
   /// Room for so many entries of a matrix, none of them set.
   void expect_entries(Index entries);
-  [[nodiscard]] std::string load_jacobian_structure();
-  [[nodiscard]] std::string load_hessian_structure();
-  [[nodiscard]] std::string load_nonlinear_variables();
-  [[nodiscard]] std::string load_players();
-  [[nodiscard]] std::string read_players(bool of_variables);
+  void load_jacobian_structure();
+  void load_hessian_structure();
+  void load_nonlinear_variables();
+  void read_players(bool of_variables);
+  /// Models tell the structure call from the value call by which pointers are null, so an empty
+  /// array needs an address too.
+  template <class T>
+  static T* address(std::span<T> values) {
+    static std::remove_const_t<T> nothing{};
+    return values.empty() ? &nothing : values.data();
+  }
+  template <class T>
+  static T* address(std::vector<T>& values) {
+    return address(std::span<T>(values));
+  }
   [[nodiscard]] Index first_index() const { return index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1; }
 
   Ipopt::SmartPtr<Ipopt::TNLP> model_;
