@@ -268,7 +268,7 @@ std::string one_line(const std::string& message) {
 std::string integer_warning(const NlProblem& problem) {
   const std::string name = problem.integer_variable();
   if (name.empty()) return {};
-  return "variable " + name + " is integer: integer variables are treated as continuous.";
+  return concat("variable ", name, " is integer: integer variables are treated as continuous.");
 }
 
 std::string split_warning(const NlProblem& problem) {

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -69,9 +70,8 @@ class Assignments {
     std::string value;
   };
   static const Given& winner(const std::vector<Given>& all) {
-    return *std::max_element(  // the last of the highest
-        all.rbegin(), all.rend(),
-        [](const Given& a, const Given& b) { return a.source < b.source; });
+    // The last of the highest.
+    return *std::ranges::max_element(all | std::views::reverse, {}, &Given::source);
   }
   [[nodiscard]] std::string place(Source source) const {
     if (source == Source::File) return file_;

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -216,18 +217,13 @@ int launched_processes() {
                    by_srun ? number("SLURM_STEP_NUM_TASKS") : 1});
 }
 
-/// How the processes share the work.
-enum class Sharing : std::uint8_t {
-  Alone,   ///< one process, or rank 0 with workers
-  Starts,  ///< all ranks run this program
-  Silent   ///< the same, and this is not rank 0
-};
-
-Sharing find_sharing(const Assignments& assignments) {
+/// The rank of this process among those that share the starts; none: it is alone, or rank 0 with
+/// workers.
+std::optional<int> rank_of_starts(const Assignments& assignments) {
   // The linear solver finds its workers itself.
   if (launched_processes() == 1 || assignments.value("linear_solver") == "mumps_mpi")
-    return Sharing::Alone;
-  return join_ranks_for_starts().rank == 0 ? Sharing::Starts : Sharing::Silent;
+    return std::nullopt;
+  return join_ranks_for_starts().rank;
 }
 
 /// Throws where a file would be written over the model. by: what names the file.
@@ -266,8 +262,8 @@ int solve(Command command) {
     application->Options()->SetStringValue("print_ipopt_log", "yes");  // programs read it
   set_options(*application, assignments);
   stop_on_signals();  // before MPI is begun, which passes the launcher's signal on
-  const Sharing sharing = find_sharing(assignments);
-  const bool silent = sharing == Sharing::Silent;
+  const auto rank = rank_of_starts(assignments);
+  const bool silent = rank.value_or(0) > 0;
   if (silent) application->Options()->SetStringValue("output_file", "");
   const auto log = open_log(*application);
   if (application->Initialize("") != Ipopt::Solve_Succeeded)
@@ -285,9 +281,8 @@ int solve(Command command) {
   }
   problem->stop_when(stop_requested);
   const SmartPtr<Ipopt::TNLP> model = GetRawPtr(problem);
-  const Ipopt::ApplicationReturnStatus ended = sharing == Sharing::Alone
-                                                   ? application->OptimizeTNLP(model)
-                                                   : application->OptimizeTNLPOverRanks(model);
+  const Ipopt::ApplicationReturnStatus ended =
+      rank ? application->OptimizeTNLPOverRanks(model) : application->OptimizeTNLP(model);
   if (ended == Ipopt::Invalid_Option)
     throw std::invalid_argument(application->LastResult().message);
   if (ended != Ipopt::Solve_Succeeded && ended != Ipopt::Solved_To_Acceptable_Level)

@@ -69,11 +69,6 @@ bool row_gradient(ASL* asl, int row, double* x, double* values) {
   return defined && error == 0;
 }
 
-bool is_folder(const std::string& name) {
-  std::error_code unknown;
-  return std::filesystem::is_directory(name, unknown);
-}
-
 /// A copy of a file without variables that has one, for as long as this lives; else the file.
 class StandIn : Uncopied {
  public:
@@ -101,8 +96,11 @@ class StandIn : Uncopied {
 NlProblem::NlProblem(const std::string& stub, int objective) {
   file_ = stub;
   if (!std::filesystem::is_regular_file(file_)) file_ += ".nl";
+  std::error_code unknown;
   if (!std::filesystem::is_regular_file(file_))
-    throw std::runtime_error("cannot open " + stub + (is_folder(stub) ? ": it is a folder" : ""));
+    throw std::runtime_error(
+        concat("cannot open ", stub,
+               std::filesystem::is_directory(stub, unknown) ? ": it is a folder" : ""));
   facts_ = check_nl_file(file_);
   if (!file_.ends_with(".nl"))
     throw std::runtime_error("cannot read " + file_ + ": its name does not end in .nl");

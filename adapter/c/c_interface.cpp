@@ -10,8 +10,8 @@
 #include "adapter/ipopt/ipopt_library.hpp"
 #include "adapter/ipopt/option_registry.hpp"
 #include "adapter/ipopt/point_arrays.hpp"
+#include "adapter/ipopt/status.hpp"
 #include "core/version.h"
-#include "linalg/numbers.hpp"
 
 // The C interface: problems, options, solves.
 
@@ -174,9 +174,7 @@ struct Output : PointArrays {
 IpminmaxReturnStatus stop(Problem& problem, Status status, std::string message) {
   problem.status = ipminmax::name_of(status);
   say(&problem, std::move(message));
-  return status == Status::InvalidOption ? IPMINMAX_INVALID_OPTION
-         : status == Status::OutOfMemory ? IPMINMAX_INSUFFICIENT_MEMORY
-                                         : IPMINMAX_INVALID_PROBLEM_DEFINITION;
+  return static_cast<IpminmaxReturnStatus>(application_status(status));
 }
 
 /// How the application solves.
@@ -238,8 +236,7 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
       return stop(problem, Status::InvalidProblem,
                   concat("warm_start_init_point = yes, but ", missing, " is NULL"));
     }
-    model.start.lambda.clear();
-    if (d.m > 0) model.start.lambda.assign(out.lambda, out.lambda + d.m);
+    model.start.lambda.assign(out.lambda, out.lambda + d.m);
     model.start.z_lower.assign(out.z_L, out.z_L + d.n);
     model.start.z_upper.assign(out.z_U, out.z_U + d.n);
   }

@@ -224,7 +224,7 @@ int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double* 
   if (problem == nullptr) return 0;
   const std::vector<double>& branches = problem->branches;
   const int most = std::min(capacity, static_cast<int>(branches.size()));
-  for (int k = 0; values != nullptr && k < most; ++k) values[k] = branches[at(k)];
+  if (values != nullptr) std::copy_n(branches.begin(), most, values);
   return static_cast<int>(branches.size());
 }
 
@@ -238,7 +238,7 @@ int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int* cons
     const auto put = [k](auto* to, auto value) {
       if (to != nullptr) to[k] = value;
     };
-    put(constraints, static_cast<int>(from.constraint));
+    put(constraints, from.constraint);
     put(values, from.value);
     put(multipliers, from.multiplier);
     put(active, from.active);
@@ -255,7 +255,7 @@ int IpminmaxGetPoints(IpminmaxProblem problem, int capacity, double* values, int
   for (int k = 0; k < most; ++k) {
     const DistinctPoint& from = points[at(k)];
     if (values != nullptr) values[k] = from.result.objective;
-    if (found != nullptr) found[k] = static_cast<int>(from.found);
+    if (found != nullptr) found[k] = from.found;
     if (x != nullptr) std::ranges::copy(from.result.v, x + at(k) * from.result.v.size());
   }
   return static_cast<int>(points.size());

@@ -59,10 +59,7 @@ class Continuation {
       const double next = refused_ == 0.0 ? std::max(price * search_.ratio, search_.least)
                                           : std::sqrt(price * refused_);
       if (refused_ > 0.0 && price <= (1.0 + search_.tolerance) * refused_) break;
-      if (certifies(next))
-        price = next;
-      else
-        refused_ = next;
+      (certifies(next) ? price : refused_) = next;
     }
   }
 

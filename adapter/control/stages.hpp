@@ -173,7 +173,8 @@ class StageGame : public Problem {
   /// Gives access to the model, to change numbers in its formulas for the next solves. They must
   /// read the same variables as before.
   [[nodiscard]] Model& model() {
-    forget();
+    value_point_.clear();
+    derivative_point_.clear();
     return model_;
   }
   [[nodiscard]] const Model& model() const { return model_; }
@@ -881,10 +882,6 @@ class StageGame : public Problem {
         gradient_[h_.stages * kBlock + static_cast<std::size_t>(col)] += end_values_[e];
     }
     ++derived_;
-  }
-  void forget() {
-    value_point_.clear();
-    derivative_point_.clear();
   }
   [[nodiscard]] HorizonShift horizon_shift() const {
     return {h_.stages, {{0, kBlock}}, {{0, kRows}}};

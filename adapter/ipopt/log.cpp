@@ -81,17 +81,17 @@ std::string inertia_row(const char* label, const Inertia& found, const Inertia& 
 /// Name of a variable or constraint of the model, else its number.
 std::string name_or_number(const char* kind, const std::vector<std::string>& names, Index i) {
   const bool named = at(i) < names.size() && !names[at(i)].empty();
-  return named ? names[at(i)] : kind + std::to_string(i);
+  return named ? names[at(i)] : concat(kind, i);
 }
 
 std::string certificate_report(const Certificate& certificate, const ProblemStructure& structure) {
   std::string text = concat("Second-order test.......: ", name_of(certificate.second_order),
                             "\nReturned point..........: ", name_of(certificate.kind), "\n");
   if (certificate.second_order == SecondOrder::NotTested) return text;
-  text += "                           found: +      -      0   expected: +      -      0\n";
-  text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
-  text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
-  text += format("Curvature, probed by....: %24.16e\n", certificate.margin);
+  text += "                           found: +      -      0   expected: +      -      0\n" +
+          inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected) +
+          inertia_row("Inertia of K............:", certificate.full, certificate.full_expected) +
+          format("Curvature, probed by....: %24.16e\n", certificate.margin);
   if (certificate.least_curvature_variable >= 0) {
     text += format(
         "Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
@@ -105,10 +105,11 @@ std::string certificate_report(const Certificate& certificate, const ProblemStru
   if (certificate.hessian_disagrees) {
     text += "Second derivatives......: disagree with differences of the gradient\n";
   }
-  text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
-                 yes_no(certificate.licq_max));
-  text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
-                 certificate.weakly_active_max);
+  text += format(
+      "Independent gradients...: Min %s, Max %s\n"
+      "Weakly active bounds....: Min %d, Max %d\n",
+      yes_no(certificate.licq_min), yes_no(certificate.licq_max), certificate.weakly_active_min,
+      certificate.weakly_active_max);
   if ((certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) ||
       certificate.answer == InnerAnswer::BestNotUnique) {
     text += concat("Answer of the maximizer.: ", name_of(certificate.answer), "\n");

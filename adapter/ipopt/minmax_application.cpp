@@ -72,14 +72,15 @@ struct Settings {
 
 /// The option that names the solver's library; empty: it is built in.
 std::string library_option(LinearSolver solver) {
+  using enum LinearSolver;
   switch (solver) {
-    case LinearSolver::Ma57:
-    case LinearSolver::Ma97:
+    case Ma57:
+    case Ma97:
       return "hsllib";
-    case LinearSolver::Spral:
+    case Spral:
       return "minmax_spral_library";
-    case LinearSolver::Pardiso:
-    case LinearSolver::PardisoMkl:
+    case Pardiso:
+    case PardisoMkl:
       return "pardisolib";
     default:
       return "";

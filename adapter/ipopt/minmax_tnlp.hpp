@@ -37,29 +37,29 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
 /// Ipopt 3.14 answers, and with an older Ipopt they return false.
 class ObservableTNLP : public Ipopt::TNLP {
  public:
-  bool get_curr_iterate([[maybe_unused]] const Ipopt::IpoptData* ip_data,
+  bool get_curr_iterate(const Ipopt::IpoptData* ip_data,
                         [[maybe_unused]] Ipopt::IpoptCalculatedQuantities* ip_cq, bool scaled,
                         Index n, double* x, double* z_L, double* z_U, Index m, double* g,
                         double* lambda) const {
-#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
     if (ip_data != nullptr) {
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
       return TNLP::get_curr_iterate(ip_data, ip_cq, scaled, n, x, z_L, z_U, m, g, lambda);
-    }
 #endif
+    }
     return get_current_iterate(scaled, n, x, z_L, z_U, m, g, lambda);
   }
-  bool get_curr_violations([[maybe_unused]] const Ipopt::IpoptData* ip_data,
+  bool get_curr_violations(const Ipopt::IpoptData* ip_data,
                            [[maybe_unused]] Ipopt::IpoptCalculatedQuantities* ip_cq, bool scaled,
                            Index n, double* x_L_violation, double* x_U_violation, double* compl_x_L,
                            double* compl_x_U, double* grad_lag_x, Index m,
                            double* nlp_constraint_violation, double* compl_g) const {
-#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
     if (ip_data != nullptr) {
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
       return TNLP::get_curr_violations(ip_data, ip_cq, scaled, n, x_L_violation, x_U_violation,
                                        compl_x_L, compl_x_U, grad_lag_x, m,
                                        nlp_constraint_violation, compl_g);
-    }
 #endif
+    }
     return get_current_violations(scaled, n, x_L_violation, x_U_violation, compl_x_L, compl_x_U,
                                   grad_lag_x, m, nlp_constraint_violation, compl_g);
   }

@@ -29,13 +29,13 @@ std::string OutputFile::open(const std::string& file_name, bool append) {
     const int descriptor = open_to_write(file_name, O_CREAT | (append ? O_APPEND : O_TRUNC));
     if (descriptor >= 0) file_ = fdopen(descriptor, append ? "a" : "w");
   }
-  return file_ == nullptr ? cannot_write(file_name, errno) : std::string();
+  return file_ == nullptr ? cannot_write(file_name, errno) : "";
 }
 
 std::string OutputFile::close() {
   if (file_ != nullptr) note_error((is_stream() ? std::fflush(file_) : std::fclose(file_)) != 0);
   file_ = nullptr;
-  return error_ != 0 ? cannot_write(file_name_, error_) : std::string();
+  return error_ != 0 ? cannot_write(file_name_, error_) : "";
 }
 
 }  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI

@@ -1,7 +1,7 @@
 #include <IpJournalist.hpp>
 #include <IpSolveStatistics.hpp>
 #include <cstdarg>
-#include <cstring>
+#include <string_view>
 
 #include "adapter/ipopt/problem_tnlp.hpp"
 #include "linalg/library_lock.hpp"
@@ -19,8 +19,7 @@ class FactorizationCounter : public Ipopt::Journal {
 
  protected:
   void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override {
-    constexpr const char* kMessage = "Calling MUMPS-2 for numerical factorization";
-    if (std::strncmp(text, kMessage, std::strlen(kMessage)) == 0) ++count_;
+    if (std::string_view(text).starts_with("Calling MUMPS-2 for numerical factorization")) ++count_;
   }
   void PrintfImpl(Ipopt::EJournalCategory category, Ipopt::EJournalLevel level, const char* format,
                   va_list) override {

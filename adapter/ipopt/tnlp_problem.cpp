@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <utility>
 
@@ -111,9 +110,9 @@ std::string TnlpProblem::load() {
 void TnlpProblem::load_sizes() {
   if (!model_->get_nlp_info(n_, m_, jacobian_entries_, hessian_entries_, index_style_))
     reject("get_nlp_info returned false");
-  const std::array<std::pair<const char*, Index>, 4> sizes{
-      {{"n", n_}, {"m", m_}, {"nnz_jac_g", jacobian_entries_}, {"nnz_h_lag", hessian_entries_}}};
-  for (const auto& [name, size] : sizes) {
+  for (const auto& [name, size] :
+       {std::pair("n", n_), std::pair("m", m_), std::pair("nnz_jac_g", jacobian_entries_),
+        std::pair("nnz_h_lag", hessian_entries_)}) {
     if (size < 0) reject("get_nlp_info set ", name, " = ", size);
   }
   if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE)
