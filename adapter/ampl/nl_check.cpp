@@ -135,9 +135,9 @@ class Cursor {
 // --- Operations
 // -----------------------------------------------------------------------------------
 
-/// What follows each operation, by its number in D. M. Gay, "Writing .nl files": 1, 2 or 3 operands,
-/// a list (l), a list of at least three (L), a piecewise linear function (p), a choice of strings
-/// (s); -: there is no such operation.
+/// What follows each operation, by its number in D. M. Gay, "Writing .nl files": 1, 2 or 3
+/// operands, a list (l), a list of at least three (L), a piecewise linear function (p), a choice of
+/// strings (s); -: there is no such operation.
 constexpr std::string_view kForms =
     "2222222----ll1111---22222---222---13-11111111111211111L----lll22ps2222LL32ll";
 

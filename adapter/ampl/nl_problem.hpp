@@ -38,7 +38,8 @@ class NlProblem : public MinMaxTNLP,
 
   /// What options minmax_max_variables, minmax_max_constraints and minmax_min_constraints list
   /// (adapter/player_lists.hpp), names as in the files .col and .row. Throws std::invalid_argument
-  /// when a list is wrong or contradicts the suffix player or robust. A smart pointer must own this.
+  /// when a list is wrong or contradicts the suffix player or robust. A smart pointer has to own
+  /// the problem.
   void set_players(const PlayerOptions& options);
 
   /// Point, multipliers and suffixes with AMPL's signs; message and solve_result are the caller's.

@@ -15,7 +15,8 @@
 
 // The C interface: problems, options, solves.
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
@@ -245,12 +246,10 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
 
 IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* user_data,
                                    Call call) noexcept {
-  if (problem == nullptr) {
-    say_fixed(nullptr, "the problem is NULL");
-    return IPMINMAX_INVALID_PROBLEM_DEFINITION;
-  }
-  if (problem->solving) {
-    say_fixed(problem, "the problem is being solved: no solve inside its own callbacks");
+  if (problem == nullptr || problem->solving) {
+    say_fixed(problem, problem == nullptr
+                           ? "the problem is NULL"
+                           : "the problem is being solved: no solve inside its own callbacks");
     return IPMINMAX_INVALID_PROBLEM_DEFINITION;
   }
   const Solving solving(*problem);
@@ -258,7 +257,8 @@ IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* us
 }
 
 }  // namespace
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
 
 using namespace ipminmax;  // this file ends here
 

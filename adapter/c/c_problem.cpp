@@ -6,7 +6,8 @@
 
 #include "adapter/ipopt/exact_options.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// Message of calls without a problem; no allocation, so that it can report out of memory.
@@ -53,4 +54,5 @@ void write_sized(const void* from, std::size_t known, void* to, std::size_t size
   std::memset(static_cast<char*>(to) + known, 0, size - known);
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -18,7 +18,8 @@
 
 // What the C interface's functions work with.
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// What IpminmaxCreate was given; arrays have n or m entries.
 struct CallbackDefinition {
@@ -183,7 +184,8 @@ class CallbackTNLP : public MinMaxTNLP,
   static double* writable(const double* values) { return const_cast<double*>(values); }
 };
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
 
 /// What an IpminmaxProblem points to.
 struct IpminmaxProblemInfo {
@@ -207,7 +209,8 @@ struct IpminmaxProblemInfo {
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// The message of the problem; without one, of calls without a problem.
 void say(IpminmaxProblemInfo* problem, std::string text) noexcept;
@@ -275,4 +278,5 @@ int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
 /// keep their first entries when they grow.
 void write_sized(const void* from, std::size_t known, void* to, std::size_t size);
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

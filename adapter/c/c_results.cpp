@@ -12,7 +12,8 @@
 
 // The C interface: what a solve has found, the current iterate, the worst case.
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
@@ -79,7 +80,8 @@ void require_answer(const Problem& problem, const void* target) {
 }
 
 }  // namespace
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
 
 using namespace ipminmax;  // this file ends here
 

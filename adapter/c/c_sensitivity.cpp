@@ -10,7 +10,8 @@
 
 // The C interface: how a solution follows bounds and Min's variables.
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
@@ -85,7 +86,8 @@ void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
 }
 
 }  // namespace
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
 
 using namespace ipminmax;  // this file ends here
 

@@ -15,7 +15,8 @@
 #include "adapter/ipopt/spelling.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Integer = OptionInfo::Integer;
@@ -325,4 +326,5 @@ std::string solver_options(const OptionsList& list, SolverOptions& options) {
   return check(options);
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -8,7 +8,8 @@
 
 #include "option_registry.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Options of the application: output and options file, the players' lists. Names and meanings are
 /// Ipopt's where Ipopt has them.
@@ -55,4 +56,5 @@ class OptionRegistry : public RegisteredOptions {
 /// refused. Returns the first error, empty when there is none.
 [[nodiscard]] std::string solver_options(const OptionsList& list, SolverOptions& options);
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

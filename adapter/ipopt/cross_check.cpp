@@ -20,7 +20,8 @@
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 using Ipopt::SmartPtr;
 using log::format;
@@ -86,9 +87,8 @@ PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
 }
 
 std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& options) {
-  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
   const SmartPtr<RegisteredOptions> registry = new OptionRegistry();
-  const SmartPtr<OptionsList> list = new OptionsList(registry, silent);
+  const SmartPtr<OptionsList> list = new OptionsList(registry, new Ipopt::Journalist());
   for (const auto& [name, value] : settings.options) {
     if (IsValid(registry->GetOption(name)) && find_option(name) == nullptr)
       return concat("option \"", name, "\" has no effect in a cross check");
@@ -124,15 +124,14 @@ std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
 }
 
 void set_from_text(OptionsList& list, const std::string& text) {
-  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
+  const Ipopt::Journalist silent;
   std::istringstream input(text);
-  list.ReadFromStream(*silent, input);
+  list.ReadFromStream(silent, input);
 }
 
 /// What Ipopt says against the settings, empty when nothing.
 std::string check_ipopt_options(const std::string& text) {
-  const SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const SmartPtr<OptionsList> list = new OptionsList(ipopt_registry(), silent);
+  const SmartPtr<OptionsList> list = new OptionsList(ipopt_registry(), new Ipopt::Journalist());
   try {
     set_from_text(*list, text);
   } catch (const Ipopt::IpoptException& error) {
@@ -536,4 +535,5 @@ InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double
   return InnerMaximization(problem, v, settings).run();
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -14,7 +14,8 @@
 #include "option_registry.hpp"
 #include "spelling.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Ipopt's list of options, of whose numbers Ipopt keeps six digits as text in the C locale of the
 /// moment. This one keeps the numbers too.
@@ -146,4 +147,5 @@ bool read_option(const OptionsList& list, std::string_view name, Value& value) {
   return true;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

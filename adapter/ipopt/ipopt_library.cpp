@@ -15,7 +15,8 @@
 #include "adapter/ipopt/ipopt_library.hpp"
 #include "adapter/ipopt/minmax_tnlp.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// Real path of a loaded file, itself where there is none.
@@ -115,4 +116,5 @@ std::string ipopt_library_error(const Ipopt::TNLP& model) {
   return seen->error;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -7,7 +7,8 @@
 
 #include "ipopt_version.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Why the model must not be called: the virtual tables of Ipopt 3.11's and 3.14's TNLP differ, and
 /// the process has loaded another version of Ipopt than this library was built with, or two
@@ -24,4 +25,5 @@ namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 [[nodiscard]] std::string ipopt_library_error(const std::vector<std::string>& paths,
                                               bool (*has_iterate_queries)(const std::string& path));
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -13,7 +13,8 @@
 #include "adapter/ipopt/ipopt_only_options.hpp"
 #include "adapter/ipopt/option_registry.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// Options of the linked Ipopt, in alphabetical order. Plain values: Ipopt's own objects count
@@ -224,4 +225,5 @@ std::vector<std::string> ignored_ipopt_options(const OptionsList& list) {
   return messages;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -19,7 +19,8 @@
 ///      is accepted and named in a message: the answer's meaning does not depend on it.
 ///
 ///  - Ipopt's default value asks for nothing, and nothing is said.
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Those options, with Ipopt's types, ranges and values.
 [[nodiscard]] const std::vector<OptionInfo>& ipopt_only_options();
@@ -46,4 +47,5 @@ struct IpoptOptionAdvice {
 [[nodiscard]] const std::vector<IpoptOptionAdvice>& refused_ipopt_option_advice();
 [[nodiscard]] const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice();
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -39,7 +39,8 @@
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 using Ipopt::ApplicationReturnStatus;
 using Ipopt::EJournalCategory;
@@ -1002,4 +1003,5 @@ bool get_current_violations(bool scaled, Index n, double* x_L_violation, double*
   return true;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -7,7 +7,8 @@
 #include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// Indices of a SplitTNLP's constructor, and whose they are to be.
@@ -72,4 +73,5 @@ bool SplitTNLP::get_constraint_players(Index m, Player* players) {
   return true;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -11,7 +11,8 @@
 #include "adapter/ipopt/exact_options.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Number = OptionInfo::Number;
@@ -159,4 +160,5 @@ std::optional<std::string> value_of(const OptionInfo& info, const OptionsList& l
   return std::nullopt;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

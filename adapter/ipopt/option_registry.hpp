@@ -12,7 +12,8 @@
 
 /// @file
 /// Options, whosever they are, as Ipopt's registry has them and as texts.
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 using Ipopt::OptionsList;
 using Ipopt::RegisteredOption;
@@ -42,4 +43,5 @@ void register_option(RegisteredOptions& registry, const OptionInfo& info);
 /// The value in the list as default_of writes it; none: it was not set.
 [[nodiscard]] std::optional<std::string> value_of(const OptionInfo& info, const OptionsList& list);
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -13,7 +13,8 @@
 #include "adapter/ipopt/options_documentation.hpp"
 #include "core/model/indices.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// text in lines of at most 80 columns, each after the indentation.
@@ -94,4 +95,5 @@ std::string user_options_text(const OptionsList& list) {
   return text;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

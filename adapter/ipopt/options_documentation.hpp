@@ -7,7 +7,8 @@
 
 /// @file
 /// The documentation of all options, made from the tables that also register them.
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Every option of solver and application, grouped by category.
 [[nodiscard]] std::vector<OptionInfo> list_options();
@@ -21,4 +22,5 @@ namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 /// The options that were set, one line each: name, value, and whether it has an effect here.
 [[nodiscard]] std::string user_options_text(const OptionsList& list);
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

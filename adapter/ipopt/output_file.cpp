@@ -4,7 +4,8 @@
 
 #include "adapter/ipopt/output_file.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 std::string cannot_write(const std::string& file, int error) {
   return "cannot write " + file + ": " + std::strerror(error);
@@ -38,4 +39,5 @@ std::string OutputFile::close() {
   return error_ != 0 ? cannot_write(file_name_, error_) : "";
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

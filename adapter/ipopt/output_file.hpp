@@ -9,7 +9,8 @@
 
 #include "ipopt_version.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// The message about it; error: an errno.
 [[nodiscard]] std::string cannot_write(const std::string& file, int error);
@@ -56,4 +57,5 @@ class OutputFile : public Ipopt::Journal {
   int error_ = 0;  ///< errno of the first failure
 };
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -6,7 +6,8 @@
 #include "adapter/ipopt/player_lists.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 bool is_separator(char c) { return c == ',' || c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -145,4 +146,5 @@ std::string apply_min_constraints(const PlayerOptions& options, const ListedItem
   return {};
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

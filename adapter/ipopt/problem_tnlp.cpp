@@ -6,7 +6,8 @@
 #include "adapter/ipopt/problem_tnlp.hpp"
 #include "linalg/library_lock.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// Counts MUMPS factorizations by Ipopt's message about each.
@@ -78,4 +79,5 @@ IpoptAnswer solve_with_ipopt(Problem& problem,
   return answer;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -62,7 +62,7 @@ class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes, public ModelByRow
     if (!structure.variable_names.empty()) var_string_md["idx_names"] = structure.variable_names;
     if (!structure.constraint_names.empty())
       con_string_md["idx_names"] = structure.constraint_names;
-    return !structure.variable_names.empty() || !structure.constraint_names.empty();
+    return true;
   }
   bool get_bounds_info(Index, double* x_l, double* x_u, Index, double* g_l, double* g_u) override {
     const ProblemStructure& structure = problem_.structure();

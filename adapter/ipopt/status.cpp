@@ -3,7 +3,8 @@
 
 #include "adapter/ipopt/status.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 /// What belongs together.
@@ -116,4 +117,5 @@ bool has_iterate(Status status) {
          status != Status::TooFewDegreesOfFreedom;
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

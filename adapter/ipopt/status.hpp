@@ -7,7 +7,8 @@
 #include "../../core/result.hpp"
 #include "ipopt_version.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 
 /// What OptimizeTNLP returns. Ipopt 3.11 has no Maximum_WallTime_Exceeded: CPU time stands in.
 [[nodiscard]] Ipopt::ApplicationReturnStatus application_status(Status status);
@@ -22,4 +23,5 @@ namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
 /// The enumerator's name, as "Solve_Succeeded".
 [[nodiscard]] std::string_view name_of(Ipopt::ApplicationReturnStatus status);
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

@@ -7,7 +7,8 @@
 #include "core/model/indices.hpp"
 #include "linalg/numbers.hpp"
 
-namespace ipminmax::inline IPMINMAX_IPOPT_ABI {
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 constexpr Index kNotSet = std::numeric_limits<Index>::min();
@@ -290,4 +291,5 @@ void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
                             result.objective, nullptr, nullptr);
 }
 
-}  // namespace ipminmax::inline IPMINMAX_IPOPT_ABI
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
