@@ -9,7 +9,6 @@
 #include <iomanip>
 #include <map>
 #include <ostream>
-#include <ranges>
 #include <sstream>
 #include <string_view>
 
@@ -246,9 +245,9 @@ std::string message_of(const Result& result, NlProblem& problem) {
     }
   }
   constexpr std::size_t kMostReasons = 5;
-  for (const CertificateReason& reason :
-       result.certificate.reasons | std::views::take(kMostReasons))
-    message << "\nreason: " << spoken(reason.text);
+  std::size_t shown = 0;
+  for (const CertificateReason& reason : result.certificate.reasons)
+    if (shown++ < kMostReasons) message << "\nreason: " << spoken(reason.text);
   print_worst_cases(message, result.worst_cases, problem);
   if (game) {
     message << "\nover all " << (maximizes ? "y, of the negative objective: " : "y: ") << over_y

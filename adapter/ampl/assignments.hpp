@@ -6,7 +6,6 @@
 #include <iterator>
 #include <map>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -71,7 +70,7 @@ class Assignments {
   };
   static const Given& winner(const std::vector<Given>& all) {
     // The last of the highest.
-    return *std::ranges::max_element(all | std::views::reverse, {}, &Given::source);
+    return *std::ranges::max_element(all.rbegin(), all.rend(), {}, &Given::source);
   }
   [[nodiscard]] std::string place(Source source) const {
     if (source == Source::File) return file_;

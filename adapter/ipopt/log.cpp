@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
-#include <ranges>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -317,7 +316,8 @@ std::string multistart_summary(const MultistartResult& result) {
     text += checked ? "     worst case found\n" : "\n";
   }
   std::size_t rank = 0;
-  for (const DistinctPoint& point : result.points | std::views::take(kMostPoints)) {
+  for (const DistinctPoint& point : result.points) {
+    if (rank == kMostPoints) break;
     text += format("%6zu %24.16e %6d %12d %10.2e", ++rank, point.result.objective, point.found,
                    point.first_start, point.result.certificate.margin);
     text += checked ? worst_case_column(point.result.worst_case) : "\n";
@@ -373,7 +373,9 @@ std::string robust_summary(const Result& result, const ProblemStructure& structu
   std::string text = format("\nRobust constraints: %zu worst case%s, %d solves, %d maximizations\n",
                             cases, cases == 1 ? "" : "s", y.solves, y.maximizations);
   text += "\nconstraint                                  value       multiplier  worst case\n";
-  for (const RobustWorstCase& found : result.worst_cases | std::views::take(kMostRows)) {
+  std::size_t shown = 0;
+  for (const RobustWorstCase& found : result.worst_cases) {
+    if (shown++ == kMostRows) break;
     const std::string name =
         at(found.constraint) >= structure.constraint_players.size()
             ? "f"
