@@ -38,7 +38,7 @@ void read_assignments(const std::string& bytes) {
     assignments.rename("maxit", "max_iter");
     static_cast<void>(assignments.take("minmax_max_variables"));
     static_cast<void>(assignments.take_integer("objno", -1, 0, 9));
-    static_cast<void>(assignments.take_flag("halt_on_ampl_error", false));
+    static_cast<void>(assignments.take_flag("halt_on_ampl_error"));
     std::ostringstream report;
     assignments.report_overridden(report);
   } catch (const std::invalid_argument&) {  // refused
