@@ -330,7 +330,7 @@ class Checker {
     if (has_columns_ || jacobian_read_ > 0) cursor_.fail("column counts twice or too late");
     has_columns_ = true;
     const int columns = cursor_.integer();
-    if (columns != std::max(n_ - 1, 0))
+    if (columns != n_ - 1 && !(n_ == 0 && columns == 0))
       cursor_.fail("column counts of another number of variables");
     int before = 0;
     for_lines(n_ - 1, [&](int i) {
