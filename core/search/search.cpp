@@ -174,8 +174,10 @@ void Search::drop_idle_multipliers(double tolerance) {
   }
   Iterate& iterate = arrays_.point.iterate;
   iterate.lambda.setZero();
-  iterate.z_lower = iterate.z_lower.cwiseMin(options_.tol);
-  iterate.z_upper = iterate.z_upper.cwiseMin(options_.tol);
+  // In the model's units, too: nothing balances them now.
+  const double most = options_.tol * std::min(1.0, canonical_.user_objective_scale());
+  iterate.z_lower = iterate.z_lower.cwiseMin(most);
+  iterate.z_upper = iterate.z_upper.cwiseMin(most);
   static_cast<void>(evaluate_second_derivatives(canonical_, arrays_.point));
   measure_anew(canonical_, options_, arrays_.point);
 }

@@ -638,6 +638,21 @@ TEST(Minimization, DependentSumsKeepTheirShift) {
   EXPECT_LE(result.iterations, 24);  // 31 with the share
 }
 
+// Where the gradient of a large objective vanishes multipliers are dropped: what is left of those of
+// bounds is small in the model's units, too, and the solve ends.
+TEST(Minimization, WithoutAGradientEndsWhateverTheObjectivesSize) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), a = model.variable(kMin, "a", 0.0),
+                   b = model.variable(kMin, "b", 0.0);
+  model.objective(1e10 * square(x - 1.0));
+  model.constraint(x, 1.0, 1.0);
+  model.constraint(a + b, 2.0, 2.0);
+  AutodiffProblem problem(model, {3.0, 0.5, 4.0});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_LE(result.iterations, 20);
+}
+
 TEST(WarmStart, FromTheSolutionTakesFewIterations) {
   AutodiffProblem problem = hs071();
   const Result cold = solve(problem, {});
