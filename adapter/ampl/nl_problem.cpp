@@ -168,10 +168,11 @@ void NlProblem::read_players() {
     for (int i = 0; values && i < count; ++i) {
       if (values[i] == 1) items.push_back(i);
       if (values[i] != 0 && values[i] != 1)
-        throw std::runtime_error(concat(kind == ASL_Sufkind_var
-                                            ? "variable " + variable_name(i)
-                                            : "constraint " + constraint_name(i),
-                                        ": suffix ", suffix, " is ", values[i], ", not 0 or 1"));
+        throw std::runtime_error(
+            concat(kind == ASL_Sufkind_var ? "variable " + variable_name(i)
+                                           : "constraint " + constraint_name(i),
+                   ": suffix ", suffix, " is ", values[i],
+                   suffix == player_name ? ", not 0 (Min) or 1 (Max)" : ", not 0 or 1"));
     }
     return items;
   };
@@ -292,7 +293,9 @@ void NlProblem::require_linear() {
 }
 
 void NlProblem::set_players(const PlayerOptions& options) {
-  TnlpProblem loaded(this, options);
+  PlayerOptions own = options;
+  own.stated_by = "the file's suffix";
+  TnlpProblem loaded(this, own);
   if (const auto error = loaded.load(); !error.empty()) throw std::invalid_argument(error);
   variable_players_ = loaded.structure().variable_players;
   const std::vector<Player>& owners = loaded.structure().constraint_players;

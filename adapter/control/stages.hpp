@@ -199,8 +199,9 @@ class StageGame : public Problem {
     need(s.size() == nx, "initial: one value per state");
     h_.initial.assign(s.begin(), s.end());
     for (const auto i : up_to(nx)) {
-      structure_.variable_lower[i] = s[i] - h_.initial_spread[i];
-      structure_.variable_upper[i] = s[i] + h_.initial_spread[i];
+      const double spread = h_.initial_spread.empty() ? 0.0 : h_.initial_spread[i];
+      structure_.variable_lower[i] = s[i] - spread;
+      structure_.variable_upper[i] = s[i] + spread;
       start_.v[i] = s[i];
     }
   }
@@ -458,11 +459,8 @@ class StageGame : public Problem {
     bounds(h_.gain_lower, h_.gain_upper, gains(), "bounds of gains: in order");
     fill(h_.control_guess, nu, 0.0, "control_guess: one per control");
     fill(h_.parameter_guess, np, 0.0, "parameter_guess: one per parameter");
-    if (h_.final_guess.empty())
-      h_.final_guess = h_.initial;
-    else
-      fill(h_.final_guess, nx, 0.0, "final_guess: one per state");
-    fill(h_.initial_spread, nx, 0.0, "initial_spread: per state");
+    if (!h_.final_guess.empty()) fill(h_.final_guess, nx, 0.0, "final_guess: one per state");
+    if (!h_.initial_spread.empty()) fill(h_.initial_spread, nx, 0.0, "initial_spread: per state");
     const auto names = [](const std::vector<std::string>& given, std::size_t size) {
       need(given.empty() || given.size() == size, "names: one each, or none");
     };
@@ -494,11 +492,12 @@ class StageGame : public Problem {
       structure_.constraint_upper.push_back(0.0);
       if (named) structure_.constraint_names.push_back(prefix + name(given, stem, i));
     };
+    const std::vector<double>& last = h_.final_guess.empty() ? h_.initial : h_.final_guess;
     for (std::size_t k = 0; k <= h_.stages; ++k) {
       if (named) stage = "[" + std::to_string(k) + "]";
       const double share = static_cast<double>(k) / static_cast<double>(h_.stages);
       for (const auto i : up_to(nx))
-        add(Player::Max, -kNone, kNone, (1.0 - share) * h_.initial[i] + share * h_.final_guess[i],
+        add(Player::Max, -kNone, kNone, (1.0 - share) * h_.initial[i] + share * last[i],
             h_.state_names, "state", i);
       if (k == h_.stages) break;
       for (const auto i : up_to(nu))

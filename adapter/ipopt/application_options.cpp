@@ -47,9 +47,10 @@ class Words {
     return word;
   }
   [[nodiscard]] bool in_open_quotation() const { return is_open_; }
-  /// At which the last word begins, from 1.
-  [[nodiscard]] std::ptrdiff_t line() const {
-    return 1 + std::ranges::count(text_.substr(0, begin_), '\n');
+  /// Where the last word begins, and the line of such a place, from 1.
+  [[nodiscard]] std::size_t begin() const { return begin_; }
+  [[nodiscard]] std::ptrdiff_t line(std::size_t place) const {
+    return 1 + std::ranges::count(text_.substr(0, place), '\n');
   }
 
  private:
@@ -299,15 +300,15 @@ std::string read_options(std::istream& input, const std::string& source,
   if (input.bad()) return source + " cannot be read";  // a folder, for one
   Words words(text);
   while (const auto name = words.next()) {
-    const auto line = words.line();
+    const std::size_t begin = words.begin();
     const auto value = words.next();
     if (words.in_open_quotation()) break;
     const std::string error = value ? set_option(*name, *value, registry, list, allow_clobber)
                                     : concat("option \"", *name, "\" has no value");
-    if (!error.empty()) return concat(source, ", line ", line, ": ", error);
+    if (!error.empty()) return concat(source, ", line ", words.line(begin), ": ", error);
   }
   return words.in_open_quotation()
-             ? concat(source, ", line ", words.line(), ": a quotation never ends")
+             ? concat(source, ", line ", words.line(words.begin()), ": a quotation never ends")
              : "";
 }
 

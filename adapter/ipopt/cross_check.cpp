@@ -233,9 +233,15 @@ class InnerMaximization {
     StartingPoint request{start_, false, {}, {}, {}};
     if (!problem.starting_point(request)) std::ranges::fill(start_, 0.0);
     const ProblemStructure& s = problem.structure();
+    const auto is_free = [&](std::size_t i) {
+      return s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i];
+    };
     for (const auto i : indices(v)) {
-      if (s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i])
-        free_.push_back(i);
+      if (is_free(i)) free_.push_back(i);
+    }
+    restrains_y_.assign(s.constraint_players.size(), false);
+    for (const auto& [row, col] : s.jacobian) {
+      if (is_free(at(col))) restrains_y_[at(row)] = s.constraint_players[at(row)] == Player::Max;
     }
   }
 
@@ -295,7 +301,7 @@ class InnerMaximization {
     return v;
   }
 
-  /// Largest violation of a constraint of Max, over the smallest that counts.
+  /// Largest violation of a constraint that restrains y, over the smallest that counts.
   [[nodiscard]] double violation(const std::vector<double>& v) {
     const ProblemStructure& s = problem_.structure();
     if (g_.empty()) return 0.0;
@@ -303,7 +309,7 @@ class InnerMaximization {
     double worst = 0.0;
     for (const auto j : indices(g_)) {
       const double excess = std::max(s.constraint_lower[j] - g_[j], g_[j] - s.constraint_upper[j]);
-      if (s.constraint_players[j] == Player::Max && excess > 0.0)
+      if (restrains_y_[j] && excess > 0.0)
         worst = std::max(worst, excess / row_ranges_[j].resolution(kFeasible));
     }
     return worst;
@@ -322,7 +328,7 @@ class InnerMaximization {
       s.variable_upper[i] = std::min(problem_.structure().variable_upper[i], v_[i] + r);
     }
     for (const auto j : indices(g_)) {
-      if (s.constraint_players[j] == Player::Max) continue;
+      if (restrains_y_[j]) continue;
       s.constraint_lower[j] = -kInfinity;
       s.constraint_upper[j] = kInfinity;
     }
@@ -356,6 +362,7 @@ class InnerMaximization {
   const CrossCheckSettings& settings_;
   std::string ipopt_options_;
   std::vector<std::size_t> free_;  ///< Max variables that are not fixed
+  std::vector<bool> restrains_y_;  ///< constraints of Max that read one of these
   std::vector<double> start_, g_;
   ValueRange range_;                    ///< of f at all starts and the problem's
   std::vector<ValueRange> row_ranges_;  ///< of constraints there

@@ -347,14 +347,18 @@ struct MinMaxApplication::Implementation {
 
   [[nodiscard]] ApplicationReturnStatus initialize_from_file(const std::string& name,
                                                              bool allow_clobber, bool must_exist) {
-    std::ifstream file;
-    if (!name.empty()) file.open(name);
-    std::error_code unknown;
-    if (!name.empty() && !file.is_open() &&
-        (must_exist || std::filesystem::exists(name, unknown))) {
-      return refuse_option("the options file \"" + name + "\" cannot be opened");
+    try {
+      std::ifstream file;
+      if (!name.empty()) file.open(name);
+      std::error_code unknown;
+      if (!name.empty() && !file.is_open() &&
+          (must_exist || std::filesystem::exists(name, unknown))) {
+        return refuse_option("the options file \"" + name + "\" cannot be opened");
+      }
+      return initialize(file, name, allow_clobber);
+    } catch (...) {
+      return report_exception();
     }
-    return initialize(file, name, allow_clobber);
   }
 
   [[nodiscard]] ApplicationReturnStatus initialize(std::istream& options, const std::string& source,

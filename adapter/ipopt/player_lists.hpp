@@ -36,6 +36,7 @@ struct PlayerOptions {
   std::string max_variables;
   std::string max_constraints;
   std::string min_constraints{};
+  std::string stated_by{};  ///< what gives the model's own players, in messages; empty: its method
   friend bool operator==(const PlayerOptions&, const PlayerOptions&) = default;
 };
 [[nodiscard]] PlayerOptions player_options(const Ipopt::OptionsList& list);

@@ -215,8 +215,9 @@ void TnlpProblem::read_players(bool of_variables) {
   const ListedItems items{kind, count,
                           of_variables ? &structure_.variable_names : &structure_.constraint_names,
                           given != metadata.strings.end() ? given->second.size() : 0};
-  const StatedPlayers stated{model != nullptr ? "the model" : "metadata \"player\"",
-                             implied_players_};
+  std::string_view by = options_.stated_by;
+  if (by.empty()) by = model != nullptr ? method : "metadata \"player\"";
+  const StatedPlayers stated{by, implied_players_};
   std::string error = apply_player_option(
       of_variables ? "minmax_max_variables" : "minmax_max_constraints",
       of_variables ? options_.max_variables : options_.max_constraints, items, stated, players);

@@ -290,6 +290,20 @@ TEST(CrossCheckMinmax, WithoutAFreeMaxVariableNothingIsRun) {
   EXPECT_EQ(check.inner.near_runs, 0);
 }
 
+TEST(CrossCheckMinmax, RowsOfFixedMaxVariablesAreNotHeldAgainstY) {
+  testing::Model model;
+  const Expression x = model.variable(kMin, "x", -5.0, 5.0);
+  const Expression y = model.variable(kMax, "y", -5.0, 5.0);
+  const Expression z = model.variable(kMax, "z", 0.5, 0.5);
+  model.objective(square(x) + x * y - square(y) - x);
+  for (const double times : {1.0, 2.0, 3.0, 4.0, 5.0})
+    model.constraint(times * z, 0.5 * times, 0.5 * times);
+  AutodiffProblem problem(model, {0.1, 0.3, 0.5});
+  const CrossCheck check = cross_check_with_ipopt(problem);
+  EXPECT_EQ(check.verdict, Verdict::MaximumConfirmed) << check.report();
+  EXPECT_EQ(check.inner.near_solved, check.inner.near_runs) << check.report();
+}
+
 TEST(CrossCheckInput, InvalidModelsAreNotCompared) {
   EXPECT_EQ(cross_check_with_ipopt(SmartPtr<Ipopt::TNLP>()).message, "the model is null");
   const SmartPtr<Model> model = new Model;

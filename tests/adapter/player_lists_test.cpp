@@ -102,7 +102,7 @@ TEST(PlayerOption, AndWhatTheModelSaysMustAgree) {
             "to Max");
   const SmartPtr<Ipopt::TNLP> split = new SplitTNLP(new Model, {1});
   EXPECT_EQ(TnlpProblem(split, {"1 2", ""}).load(),
-            "option minmax_max_variables gives variable 2 to Max, the model gives it to "
+            "option minmax_max_variables gives variable 2 to Max, get_variable_players gives it to "
             "Min");
   // A model that gives nothing to Max has said nothing.
   const SmartPtr<Model> silent = new Model;

@@ -97,6 +97,18 @@ TEST(Stages, ALinearQuadraticGameHasRiccatisAnswer) {
   EXPECT_EQ(plan.duration, 2.0);
 }
 
+TEST(Stages, AHorizonMadeFromThatOfAGameStartsAtItsOwnState) {
+  StageGame game(Spring{},
+                 {.stages = 5, .discretization = Discretization::Discrete, .initial = {1.0, 0.0}});
+  Horizon other = game.horizon();
+  other.initial = {-3.0, 2.0};
+  StageGame moved(Spring{}, other);
+  std::vector<double> v(moved.structure().variable_players.size());
+  StartingPoint start{v, false, {}, {}, {}};
+  ASSERT_TRUE(moved.starting_point(start));
+  EXPECT_EQ(std::vector(v.end() - 2, v.end()), other.initial);
+}
+
 /// s' = cos(t) s: s = exp(sin t).
 struct Growth {
   static constexpr std::size_t states = 1, controls = 1, disturbances = 1;

@@ -419,7 +419,7 @@ TEST_F(AmplExecutable, ConstraintsOfMinThatReadMaxHoldForEveryY) {
     for (const char* arguments : {"", "minmax_worst_case_starts=5"}) expect_robust(arguments);
   }
   EXPECT_EQ(run("model.nl minmax_max_constraints=limit"), 2);
-  EXPECT_NE(err_.find("gives constraint 0 (limit) to Max, the model gives it to "
+  EXPECT_NE(err_.find("gives constraint 0 (limit) to Max, the file's suffix gives it to "
                       "Min"),
             std::string::npos)
       << err_;
@@ -777,7 +777,7 @@ TEST_F(AmplExecutable, OptionsNameTheMaximizersVariables) {
   EXPECT_EQ(run("model.nl minmax_max_variables=force"), 2);
   EXPECT_NE(err_.find("minmax_max_variables gives variable 0 (force) to Max"), std::string::npos)
       << err_;
-  EXPECT_NE(err_.find("the model gives it to Min"), std::string::npos) << err_;
+  EXPECT_NE(err_.find("the file's suffix gives it to Min"), std::string::npos) << err_;
   EXPECT_EQ(run("plain.nl minmax_max_variables=storm"), 2);
   EXPECT_NE(err_.find("storm"), std::string::npos) << err_;
   put("ipminmax.opt", "minmax_max_variables \"wind\"\nminmax_max_constraints budget\n");

@@ -331,6 +331,16 @@ class Sets(unittest.TestCase):
         self.assertIsNone(given.corners())
         with self.assertRaisesRegex(ValueError, "may be unbounded"):
             minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y[0] + y[1], [0.1], uncertainty=given, exact=True)
+        grows = minimize_minmax(lambda x, y: -x[0], [-1.0], uncertainty=given, exact=True,
+                                constraints=Constraint(lambda x, y: x[0] * y[0] - 2.0, ub=0.0), bounds_x=[(-2.0, 1.0)])
+        self.assertFalse(grows.success and grows.fun < -1e-6, "x > 0 has no largest x y")
+        for shift in (0.0, 1e5):  # its corner is the worst y where no way out of it is worse
+            A = np.array([[1.0, 0.5], [-0.3, 1.0]])
+            b = 1.0 + A @ [-shift, 0.3 * shift]
+            result = minimize_minmax(lambda x, y: x[0], [0.0], uncertainty=Polyhedron(A, b), exact=True,
+                                     constraints=Constraint(lambda x, y: A.sum(axis=0) @ y - x[0], ub=0.0))
+            self.assertTrue(result.success)
+            self.assertAlmostEqual(result.fun, b.sum(), delta=1e-7 * (1.0 + shift))
         for times in (1, 2):  # an equation that is given more than once leaves no basis
             mean = MomentBox([0.0, 1.0, 2.0], np.ones(times), np.ones(times), lambda p: np.repeat(p, times))
             result = minimize_minmax(lambda x, y: (x[0] - 1.0) ** 2 + y @ [1.0, 3.0, 2.0], [0.1], uncertainty=mean, exact=True)

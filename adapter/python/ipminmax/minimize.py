@@ -336,8 +336,11 @@ def _start(values: Any, name: str) -> Vector:
 
 def read_names(*given: Tuple[Any, int]) -> Dict[str, List[str]]:
     """Those of x and of y that are given, with how many there have to be."""
-    read = {letter: to_names(names, size, f"names_{letter}") for letter, (names, size) in zip("xy", given)}
-    return {letter: names for letter, names in read.items() if names}
+    read = {letter: [str(name) for name in names] for letter, (names, _) in zip("xy", given) if names is not None}
+    for letter, (_, size) in zip("xy", given):
+        if len(read.get(letter, range(size))) != size:
+            raise ValueError(f"names_{letter} has {len(read[letter])} entries, but there are {size}")
+    return read
 
 
 def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]) -> Problem:

@@ -63,7 +63,8 @@ def to_array(values: Any, name: str, size: Any = None, finite: bool = True) -> V
     else:
         array = np.full(size, array) if size is not None and array.shape in ((), (1,)) else np.atleast_1d(array)
         if array.ndim != 1 or array.size != (size or array.size) or array.size == 0 and size is None:
-            raise ValueError(f"{name} has shape {array.shape}, expected {size or 'one row of'} numbers")
+            expected = size if size and array.ndim == 1 else "one row of"
+            raise ValueError(f"{name} has shape {array.shape}, expected {expected} numbers")
     refuse(~np.isfinite(array) if finite else np.isnan(array), lambda at: "{}[{}] is {}".format(
         name, ", ".join(map(str, np.unravel_index(at, array.shape))), array.flat[at]))
     return array
@@ -110,6 +111,7 @@ def to_players(players: Any, size: int, name: str) -> npt.NDArray[np.intc]:
         given = np.array(list(players), dtype=object).ravel().tolist()
     except TypeError:
         raise TypeError(f"{name} must have one entry for each, not {players!r:.60}") from None
+    given = [p.item() if isinstance(p, np.ndarray) and p.ndim == 0 else p for p in given]
     found = [codes.get(p.lower() if isinstance(p, str) else p) if isinstance(p, Hashable) else None for p in given]
     refuse([code is None for code in found],
            lambda i: f"{name}[{i}] = {given[i]!r:.60} must be 0 or \"min\", or 1 or \"max\"")

@@ -209,12 +209,26 @@ class UncertaintySet:
     def corners(self) -> Optional[Vector]:
         """Returns points, one a row, that include all corners; None if these are too many, or not all of the set."""
         found = self.corner_factors()
-        if found is None:
+        if found is None or self.is_unbounded():
             return None
         y = (self.origins[:, None, :] + found @ self.loadings.T).reshape(-1, self.n)
         places = np.round((y - y.min(axis=0)) / (np.ptp(y, axis=0) + _TINY), 9)
         corners: Vector = y[np.sort(np.unique(places, axis=0, return_index=True)[1])]
         return corners
+
+    def is_unbounded(self) -> bool:
+        """Returns whether a set without curved sides has a direction in which it never ends."""
+        if self.smooth or np.all(np.isfinite(np.r_[self.lower, self.upper])):
+            return False
+        matrix, low, up = self.sides
+        sides = np.vstack([matrix[np.isfinite(up)], -matrix[np.isfinite(low)]]) * self.width
+        if np.linalg.matrix_rank(sides) < self.k:
+            return True
+        sides /= np.linalg.norm(sides, axis=1)[:, None]
+        away = minimize_minmax(lambda d, _: np.sum(sides, axis=0) @ d, np.zeros(self.k), [],
+                               constraints=LinearConstraint(sides, None, -np.ones(len(sides)), 0.0 * sides[:, 0],
+                                                            player="min"))
+        return bool(away.fun < -1e-6)
 
     def corner_factors(self) -> Optional[Vector]:
         matrix, low, up = self.sides
@@ -227,12 +241,6 @@ class UncertaintySet:
         need = self.k - equal.size
         count = math.comb(free.size, max(need, 0))
         if need < 0 or count > _MOST_BASES:
-            return None
-        ways = np.eye(self.k)[~np.isfinite(self.upper - self.lower)]
-        try:
-            for way in [*ways, *-ways]:
-                self.worst_factors(way)
-        except ValueError:  # an unbounded set is no hull of its corners
             return None
         chosen = np.array(list(itertools.combinations(free, need)), dtype=int).reshape(count, need)
         chosen = np.hstack([np.tile(equal, (count, 1)), chosen])

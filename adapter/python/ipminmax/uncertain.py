@@ -356,6 +356,17 @@ class _Model:
                     if np.any(np.abs(gap) > 1e-6 * size):
                         return (f"{name} was {'linear in' if degree else 'without'} y at the start, but is not at "
                                 "the answer: begin nearer to it" + ", without exact=True" * degree)
+        if isinstance(self.dual, _Corners) and self.given.is_unbounded():  # it is no hull of its corners
+            return "".join(self.unlimited(rows.value, X, rows.entries) for rows in self.robust.values() if rows.exact)
+        return ""
+
+    def unlimited(self, value: Any, X: Vector, entries: Any) -> str:
+        """Why entries linear in y have no largest value over the set, or nothing."""
+        for k, r, sign, _ in entries:
+            try:
+                self.given.worst_factors(sign * self.line(value, X, k)[1][r])
+            except ValueError as error:
+                return str(error)
         return ""
 
     def line(self, value: Any, X: Any, k: int) -> Tuple[Any, Any]:
@@ -407,12 +418,14 @@ class _Model:
     def _add_formula(self, name: str, number: Optional[int], value: Any, low: Vector, up: Vector) -> None:
         """The largest value over the set: at its corners if there are few, else by a formula, with equations of
         dual variables."""
+        sides = [(r, s) for r in range(low.size) for s, b in ((1.0, up), (-1.0, low)) if np.isfinite(b[r])]
         if self.dual is None:
             corners = self.given.corner_factors()
-            self.dual = (_Dual(self.given) if corners is None or len(corners) > _MOST_CORNERS
-                          else _Corners(corners, self.given.start))
-        dual, sides = self.dual, [(r, s) for r in range(low.size) for s, b in ((1.0, up), (-1.0, low))
-                                   if np.isfinite(b[r])]
+            use = corners is not None and len(corners) <= _MOST_CORNERS and not (
+                self.given.is_unbounded() and self.unlimited(value, self.start, [
+                    (k, r, sign, 0) for k in self.scenarios for r, sign in sides]))
+            self.dual = _Corners(corners, self.given.start) if use else _Dual(self.given)
+        dual = self.dual
         entries = [(k, r, sign, i) for k in self.scenarios for r, sign in sides for i in range(dual.rows)]
         size, equal = dual.lower.size, dual.equations
         lower = np.tile(dual.lower, len(entries) // dual.rows)
