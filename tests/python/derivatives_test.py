@@ -164,7 +164,7 @@ class ClosedForms(unittest.TestCase):
                     self.assertAlmostEqual(result.fun, 0.2, places=6)
 
     def test_complex_steps_of_what_differences_hardly_resolve(self):
-        """exp(1000 x), and log at the edge of its domain: differences of usual steps are wrong, complex steps are not."""
+        """exp(1000 x), and log at the edge of its domain: usual differences are wrong, complex steps are not."""
         for start, value, part in (
                 (1.05, 2.25, lambda x, y: np.exp(1000.0 * (x - 1.0)) + np.exp(-1000.0 * (x - 1.0)) + x * y - y * y),
                 (1.0, 0.0570069, lambda x, y: -0.01 * np.log(x) + x + 0.1 * (x - x * y - y * y))):

@@ -86,7 +86,8 @@ class Forms(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "part of jac to y is None"):  # and not zero
             minimize_minmax(both, [0.5, 0.1], [0.1], jac=lambda x, y: (to_x(x, y), None), check_derivatives=False)
         with self.assertRaisesRegex(ValueError, r"part of jac of constraints\[0\] to y"):
-            minimize_minmax(both, [0.5, 0.1], [0.1], constraints=Constraint(lambda x, y: x, jac=lambda x, y: (np.eye(2), None)))
+            minimize_minmax(both, [0.5, 0.1], [0.1],
+                            constraints=Constraint(lambda x, y: x, jac=lambda x, y: (np.eye(2), None)))
 
     def test_players_in_columns_and_no_names(self):
         for column in ([[0], [1]], np.array([[0], [1]])):

@@ -68,7 +68,8 @@ class Limits(unittest.TestCase):
         self.assertIn("time limit", result.message)
         self.assertIn("UNKNOWN", str(result.certificate.kind))
         result = Slow(2).solve(options={"max_wall_time": 1e-9, "minmax_worst_case_starts": 5, "minmax_starts": 9})
-        self.assertEqual(result.statements, [result.message, "no point", "cut short before any y was looked at", "0 starts"])
+        self.assertEqual(result.statements,
+                         [result.message, "no point", "cut short before any y was looked at", "0 starts"])
         self.assertEqual((result.info["status_name"], result.nit), ("max wall time", 0))
 
     def test_cpu_time(self):
