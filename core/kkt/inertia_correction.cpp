@@ -163,7 +163,8 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Eva
       continue;
     }
     const bool is_share = shift.lambda_x > 0.0 && shift.lambda_x < multiplier_shift(mu);
-    const bool at_once = raises == 0 && kkt_.layout().x_slacks == 0;  // inequalities may need it
+    // Inequalities may need the share.
+    const bool at_once = raises == 0 && kkt_.layout().x_slacks == 0;
     if (is_share && (at_once || raises >= kRaisesInVain)) {
       Regularization whole = shift;
       whole.x = 0.0;
