@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -211,16 +212,20 @@ void NlProblem::call_everything() {
   std::vector<double> x(s.variable_lower.size()), z_lower(x), z_upper(x), gradient(x),
       g(s.constraint_lower.size()), lambda(g.size(), 1.0), jacobian(s.jacobian.size()),
       hessian(s.hessian.size());
+  std::vector<Index> rows(g.size());
+  std::iota(rows.begin(), rows.end(), 0);
   StartingPoint start{x, true, g, z_lower, z_upper};
   static_cast<void>(problem.starting_point(start));
   for (const double step : {0.0, 0.1}) {
     for (double& value : x) value += step * std::max(1.0, std::abs(value));
-    std::vector<bool> defined;
-    for (Index j = 0; j < constraints(); ++j) {
-      const std::span<const Index> row(&j, 1);
-      defined.push_back(problem.constraint_rows(row, x, true, g));
-      defined.push_back(problem.jacobian_rows(row, x, false, jacobian));
+    const auto call = [&](std::span<const Index> some) {
+      const bool defined = problem.constraint_rows(some, x, true, g);
+      return problem.jacobian_rows(some, x, false, jacobian) && defined;
+    };
+    if (!call(rows)) {  // what follows an undefined one was not called
+      for (const Index& row : rows) static_cast<void>(call({&row, 1}));
     }
+    std::vector<bool> defined;
     double f = 0.0;
     defined.push_back(problem.objective(x, true, f));
     defined.push_back(problem.constraints(x, false, g));
