@@ -49,6 +49,14 @@ SETS["ball and half plane"] = (Ball([0.0, 0.0], 1.0) & Polyhedron([[1.0, 1.0]], 
 
 
 class EverySet(unittest.TestCase):
+    def test_the_support_of_a_set_far_from_zero_is_exact(self):
+        A, shift = np.array([[1.0, 0.5], [-0.3, 1.0], [-0.2, 0.1]]), np.array([-1e6, 3e5])
+        for rows in (2, 3):  # with two it never ends
+            given = Polyhedron(A[:rows], 1.0 + A[:rows] @ shift)
+            gain = A[:2].sum(axis=0)
+            self.assertAlmostEqual(given.support(gain) - gain @ shift, 2.0, delta=1e-6)
+            self.assertTrue(given.contains(given.worst(gain)))
+
     def test_samples_are_inside_and_below_the_support(self):
         random = np.random.default_rng(5)
         for name, (given, outside) in SETS.items():

@@ -199,7 +199,10 @@ class UncertaintySet:
         found = self._solved(lambda u, _: -(gain / np.max(np.abs(gain))) @ u, self.start)
         if not found.success:
             raise ValueError(f"no largest value over the set was found, it may be unbounded: {found.message}")
-        return found.x
+        if not hasattr(self, "_ends"):
+            self._ends = self.corner_factors()
+        # Of few corners the best one is exact, however far the sides are.
+        return found.x if self._ends is None else self._ends[np.argmax(self._ends @ gain)]
 
     def bounds(self) -> Tuple[Vector, Vector]:
         """Returns the least and the largest value of each y."""
