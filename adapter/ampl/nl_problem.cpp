@@ -225,13 +225,12 @@ void NlProblem::call_everything() {
     if (!call(rows)) {  // what follows an undefined one was not called
       for (const Index& row : rows) static_cast<void>(call({&row, 1}));
     }
-    std::vector<bool> defined;
     double f = 0.0;
-    defined.push_back(problem.objective(x, true, f));
-    defined.push_back(problem.constraints(x, false, g));
-    defined.push_back(problem.gradient(x, false, gradient));
-    defined.push_back(problem.jacobian(x, false, jacobian));
-    defined.push_back(problem.hessian(x, false, 1.0, lambda, true, hessian));
+    static_cast<void>(problem.objective(x, true, f));
+    static_cast<void>(problem.constraints(x, false, g));
+    static_cast<void>(problem.gradient(x, false, gradient));
+    static_cast<void>(problem.jacobian(x, false, jacobian));
+    static_cast<void>(problem.hessian(x, false, 1.0, lambda, true, hessian));
   }
 }
 

@@ -101,14 +101,16 @@ void check(const CallbackDefinition& d, int index_style, const int* variable_pla
 }
 
 /// Scaling factors that is_sane_scaling accepts.
-const std::string kScalings = "[" + text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
+std::string scalings() {
+  return concat("[", text_of(kLeastScaling), ", ", text_of(kLargestScaling), "]");
+}
 
 /// Copies scaling factors; NULL is none.
 std::vector<double> read_scaling(const double* values, Index count, const char* name) {
   std::vector<double> result = read_array(values, count, name, true);
   for (std::size_t i = 0; i < result.size(); ++i) {
     if (!is_sane_scaling(result[i]))
-      refuse(name, "[", i, "] = ", text_of(result[i]), " is not in ", kScalings);
+      refuse(name, "[", i, "] = ", text_of(result[i]), " is not in ", scalings());
   }
   return result;
 }
@@ -327,7 +329,7 @@ int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double
   return guarded(problem, [&] {
     CallbackTNLP& model = *problem->model;
     if (!is_sane_scaling(std::abs(obj_scaling)))
-      refuse("obj_scaling = ", text_of(obj_scaling), " is not of a size in ", kScalings);
+      refuse("obj_scaling = ", text_of(obj_scaling), " is not of a size in ", scalings());
     auto x = read_scaling(x_scaling, model.definition.n, "x_scaling");
     auto g = read_scaling(g_scaling, model.definition.m, "g_scaling");
     model.objective_scaling = obj_scaling;

@@ -269,7 +269,8 @@ struct SlowVanDerPol : stage_models::VanDerPol {
 };
 
 // The worst case of a stage's limit does not depend on the disturbances behind that stage: if they
-// were free in it, its y would not be unique, and nothing certified where several limits are active.
+// were free in it, its y would not be unique, and nothing certified where several limits are
+// active.
 TEST(Stages, LimitsOfTheStateInEveryStageAreCertified) {
   SolverOptions options;
   options.minmax_worst_case_starts = 0;
@@ -593,7 +594,8 @@ TEST(Stages, BadInputIsNamed) {
     EXPECT_NE(refused({.stages = stages, .initial = {1.0}}).find("stages"), std::string::npos);
 }
 
-/// A pendulum whose first state is known within bounds, against a limit of its angle at every stage.
+/// A pendulum whose first state is known within bounds, against a limit of its angle at every
+/// stage.
 struct UncertainPendulum {
   static constexpr std::size_t states = 2, controls = 1, disturbances = 1, limits = 1;
   double bound = 1.0;

@@ -638,8 +638,8 @@ TEST(Minimization, DependentSumsKeepTheirShift) {
   EXPECT_LE(result.iterations, 24);  // 31 with the share
 }
 
-// Where the gradient of a large objective vanishes multipliers are dropped: what is left of those of
-// bounds is small in the model's units, too, and the solve ends.
+// Where the gradient of a large objective vanishes multipliers are dropped: what is left of those
+// of bounds is small in the model's units, too, and the solve ends.
 TEST(Minimization, WithoutAGradientEndsWhateverTheObjectivesSize) {
   Model model;
   const Expression x = model.variable(kMin, "x"), a = model.variable(kMin, "a", 0.0),

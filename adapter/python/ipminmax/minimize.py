@@ -13,7 +13,7 @@ from .certificate import Certificate
 from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
 from .pattern import Pattern, entries, is_sparse, joined, lower_triangle
-from .problem import MAX, MIN, Problem, refute, returned, to_array, to_floats, to_function, to_names
+from .problem import MAX, MIN, Problem, refute, returned, to_array, to_floats, to_function
 from .recorded import Recorded, recorded
 from .report import Progress
 from .result import MinmaxResult, Point, Proof, WorstCase

@@ -9,6 +9,7 @@ with separable convex h. The solver's variables are the factors; their size is n
 units of y are. `a & b` is the intersection, `a * b` the product: y is that of a, then that of b.
 """
 
+import functools
 import itertools
 import math
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
@@ -199,10 +200,9 @@ class UncertaintySet:
         found = self._solved(lambda u, _: -(gain / np.max(np.abs(gain))) @ u, self.start)
         if not found.success:
             raise ValueError(f"no largest value over the set was found, it may be unbounded: {found.message}")
-        if not hasattr(self, "_ends"):
-            self._ends = self.corner_factors()
         # Of few corners the best one is exact, however far the sides are.
-        return found.x if self._ends is None else self._ends[np.argmax(self._ends @ gain)]
+        corners = self.corner_factors
+        return found.x if corners is None else corners[np.argmax(corners @ gain)]
 
     def bounds(self) -> Tuple[Vector, Vector]:
         """Returns the least and the largest value of each y."""
@@ -211,16 +211,17 @@ class UncertaintySet:
 
     def corners(self) -> Optional[Vector]:
         """Returns points, one a row, that include all corners; None if these are too many, or not all of the set."""
-        found = self.corner_factors()
-        if found is None or self.is_unbounded():
+        found = self.corner_factors
+        if found is None or self.is_unbounded:
             return None
         y = (self.origins[:, None, :] + found @ self.loadings.T).reshape(-1, self.n)
         places = np.round((y - y.min(axis=0)) / (np.ptp(y, axis=0) + _TINY), 9)
         corners: Vector = y[np.sort(np.unique(places, axis=0, return_index=True)[1])]
         return corners
 
+    @functools.cached_property
     def is_unbounded(self) -> bool:
-        """Returns whether a set without curved sides has a direction in which it never ends."""
+        """Whether a set without curved sides has a direction in which it never ends."""
         if self.smooth or np.all(np.isfinite(np.r_[self.lower, self.upper])):
             return False
         matrix, low, up = self.sides
@@ -233,7 +234,9 @@ class UncertaintySet:
                                                             player="min"))
         return bool(away.fun < -1e-6)
 
+    @functools.cached_property
     def corner_factors(self) -> Optional[Vector]:
+        """Factors that include all corners; None where these are too many or a side is curved."""
         matrix, low, up = self.sides
         equal = np.flatnonzero(low == up)
         if self.smooth:

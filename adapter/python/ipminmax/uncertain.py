@@ -356,7 +356,7 @@ class _Model:
                     if np.any(np.abs(gap) > 1e-6 * size):
                         return (f"{name} was {'linear in' if degree else 'without'} y at the start, but is not at "
                                 "the answer: begin nearer to it" + ", without exact=True" * degree)
-        if isinstance(self.dual, _Corners) and self.given.is_unbounded():  # it is no hull of its corners
+        if isinstance(self.dual, _Corners) and self.given.is_unbounded:  # it is no hull of its corners
             return "".join(self.unlimited(rows.value, X, rows.entries) for rows in self.robust.values() if rows.exact)
         return ""
 
@@ -420,9 +420,9 @@ class _Model:
         dual variables."""
         sides = [(r, s) for r in range(low.size) for s, b in ((1.0, up), (-1.0, low)) if np.isfinite(b[r])]
         if self.dual is None:
-            corners = self.given.corner_factors()
+            corners = self.given.corner_factors
             use = corners is not None and len(corners) <= _MOST_CORNERS and not (
-                self.given.is_unbounded() and self.unlimited(value, self.start, [
+                self.given.is_unbounded and self.unlimited(value, self.start, [
                     (k, r, sign, 0) for k in self.scenarios for r, sign in sides]))
             self.dual = _Corners(corners, self.given.start) if use else _Dual(self.given)
         dual = self.dual
