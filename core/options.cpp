@@ -460,10 +460,11 @@ Rows linear_solver_options() {
               {"if fewer operations are predicted", "always, with Max variables",
                "never: K and K_yy are factorized one by one"})},
       {"minmax_threads", category,
-       "Largest number of threads for one factorization by LDL'. They are used if the "
-       "factorization takes longer than about a millisecond (by its counted operations) and its "
-       "elimination tree has large independent subtrees. Results have the same bits with any "
-       "number.",
+       "Largest number of threads. One factorization by LDL' uses them if it takes longer than "
+       "about a millisecond (by its counted operations) and its elimination tree has large "
+       "independent subtrees. Maximizations of several robust constraints over y share them if the "
+       "model can be cloned: formulas in C++, games by stages, a TNLP that is a ClonableModel. "
+       "Results have the same bits with any number.",
        at_least(&O::minmax_threads, 1)},
   };
 }

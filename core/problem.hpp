@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -130,6 +131,11 @@ class Problem {
   }
   /// Returns the functions over boxes (proof.hpp), or null if the model has none.
   [[nodiscard]] virtual const BoxFunctions* over_boxes() const { return nullptr; }
+  /// Returns another object for the same model, or null if it makes none (the default). Its
+  /// functions must give the same values as this one's, and may run while those of other objects
+  /// do. With minmax_threads above 1 several threads, each with an object of its own, maximize the
+  /// robust constraints over y.
+  [[nodiscard]] virtual std::unique_ptr<Problem> clone() const { return nullptr; }
 };
 
 }  // namespace ipminmax

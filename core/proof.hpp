@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 
 #include "formulas/autodiff_problem.hpp"
@@ -30,6 +31,9 @@ class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunct
     }
   }
   [[nodiscard]] bool is_concurrent() const override { return true; }
+  [[nodiscard]] std::unique_ptr<Problem> clone() const override {
+    return std::make_unique<ProvableProblem>(this->functions(), this->data());
+  }
 };
 template <class Functions>
 ProvableProblem(Functions, ModelData) -> ProvableProblem<Functions>;

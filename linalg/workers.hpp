@@ -1,6 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
 #include <memory>
+#include <vector>
 
 #include "linalg/uncopied.hpp"
 
@@ -34,5 +39,26 @@ class Workers : Uncopied {
   struct Team;
   std::unique_ptr<Team> team_;
 };
+
+/// Calls task(k, thread) for k = 0, ..., count - 1, which so many threads take in turn. After one
+/// has thrown none is begun; what the first of them threw is thrown when all have ended.
+template <class Task>
+void share_tasks(Workers& workers, std::size_t threads, std::size_t count, const Task& task) {
+  std::vector<std::exception_ptr> failures(count);
+  std::atomic<std::size_t> next = 0;
+  workers.run(static_cast<int>(std::min(threads, count)), [&](int thread) {
+    for (std::size_t k = next++; k < count; k = next++) {
+      try {
+        task(k, static_cast<std::size_t>(thread));
+      } catch (...) {
+        failures[k] = std::current_exception();
+        next = count;
+      }
+    }
+  });
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
+  }
+}
 
 }  // namespace ipminmax

@@ -1,7 +1,8 @@
 # The rooms of the core follow the data: no room includes one that comes after it, and none below parallel includes
 # what the door offers (answer.hpp and its other names). Run with -DSOURCE_DIR=...
 cmake_minimum_required(VERSION 3.22)
-set(rooms model differences robust point kkt method paper certificate diagnostics search sensitivity proof parallel global)
+set(rooms formulas model differences robust point kkt method paper certificate diagnostics search sensitivity proof
+    parallel global)
 set(door answer gap multistart robust solver worst_case)
 set(wrong "")
 

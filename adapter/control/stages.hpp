@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <ranges>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -322,6 +324,11 @@ class StageGame : public Problem {
     std::ranges::copy(start_.z_upper, start.z_upper.begin());
     return true;
   }
+  /// Copies the model; null for a derived class that does not override it.
+  [[nodiscard]] std::unique_ptr<Problem> clone() const override {
+    if (typeid(*this) != typeid(StageGame)) return nullptr;
+    return copy_as<StageGame>();
+  }
   [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
     values(v, parts());
     f = objective_;
@@ -424,6 +431,13 @@ class StageGame : public Problem {
   [[nodiscard]] std::size_t tail() const { return h_.stages * kBlock + nx; }  ///< of parameters on
   [[nodiscard]] std::size_t variables() const { return tail() + shared_; }
   [[nodiscard]] std::size_t rows() const { return h_.stages * kRows + nt; }
+
+  template <class Game>
+  [[nodiscard]] std::unique_ptr<Problem> copy_as() const {
+    auto copy = std::make_unique<Game>(model_, h_);
+    copy->start_ = start_;
+    return copy;
+  }
 
   /// Checks the lengths and writes out what was left empty.
   void fill_in() {
@@ -937,6 +951,9 @@ class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
     return this->template roll_out<IntervalJet>(own, g);
   }
   [[nodiscard]] bool is_concurrent() const override { return true; }
+  [[nodiscard]] std::unique_ptr<Problem> clone() const override {
+    return this->template copy_as<ProvableStageGame>();
+  }
   [[nodiscard]] Determined determined() const override {
     Determined found;
     for (const auto k : this->up_to(this->horizon().stages)) {

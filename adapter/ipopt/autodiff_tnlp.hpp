@@ -1,5 +1,6 @@
 #pragma once
 
+#include <typeinfo>
 #include <utility>
 
 #include "../../core/formulas/autodiff_problem.hpp"
@@ -28,6 +29,11 @@ class AutodiffTNLP : private AutodiffProblem<Functions>, public GameTNLP {
   /// As AutodiffProblem::set_start: for the next solves.
   using AutodiffProblem<Functions>::set_start;
   [[nodiscard]] AutodiffProblem<Functions>& problem() { return *this; }
+  /// Copies the formulas; null for a derived class that does not override it.
+  [[nodiscard]] Ipopt::SmartPtr<Ipopt::TNLP> clone_model() const override {
+    if (typeid(*this) != typeid(AutodiffTNLP)) return nullptr;
+    return new AutodiffTNLP(functions(), this->data());
+  }
 };
 
 }  // namespace ipminmax

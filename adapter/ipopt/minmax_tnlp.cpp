@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <stdexcept>
+#include <typeinfo>
 #include <utility>
 
 #include "adapter/ipopt/concat.hpp"
@@ -55,6 +56,13 @@ SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Inde
       max_constraints_(std::move(max_constraints)),
       min_constraints_(std::move(min_constraints)) {
   if (IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");
+}
+
+Ipopt::SmartPtr<Ipopt::TNLP> SplitTNLP::clone_model() const {
+  if (typeid(*this) != typeid(SplitTNLP)) return nullptr;
+  const auto model = clone_of(*model_);
+  if (IsNull(model)) return nullptr;
+  return new SplitTNLP(model, max_variables_, max_constraints_, min_constraints_);
 }
 
 bool SplitTNLP::get_variable_players(Index n, Player* players) {

@@ -96,6 +96,22 @@ class ModelOverBoxes {
   [[nodiscard]] virtual const BoxFunctions* over_boxes() = 0;
 };
 
+/// Second base class of an Ipopt model that can be cloned. With the option minmax_threads above 1
+/// several threads then maximize the robust constraints over y.
+class ClonableModel {
+ public:
+  virtual ~ClonableModel() = default;
+  /// Returns another object for the same model, or null if there is none. It must give the same
+  /// values as this one; a thread evaluates it while others evaluate other clones. The callbacks of
+  /// this object are called by one thread at a time, while its own functions are not evaluated.
+  [[nodiscard]] virtual Ipopt::SmartPtr<Ipopt::TNLP> clone_model() const = 0;
+  /// Returns a clone of the model if it is a ClonableModel, else null.
+  [[nodiscard]] static Ipopt::SmartPtr<Ipopt::TNLP> clone_of(const Ipopt::TNLP& model) {
+    const auto* clonable = dynamic_cast<const ClonableModel*>(&model);
+    return clonable != nullptr ? clonable->clone_model() : nullptr;
+  }
+};
+
 /// Second base class of an Ipopt model that can evaluate single constraints (rows) faster than all.
 /// A maximization of a robust constraint over y then evaluates only this row and Max's rows. eval_h
 /// should skip rows with lambda 0.
@@ -122,7 +138,10 @@ class ModelByRows {
 /// Gives variables and constraints of an unmodified Ipopt model to Max, and passes every call on to
 /// that model. An index that is out of range or given twice ends the solve with
 /// Invalid_Problem_Definition.
-class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
+class SplitTNLP : public MinMaxTNLP,
+                  public ModelOverBoxes,
+                  public ModelByRows,
+                  public ClonableModel {
  public:
   /// max_variables: 0-based indices of the variables that the maximizer chooses.
   /// max_constraints: 0-based indices of constraints given to Max besides the default ones.
@@ -139,6 +158,8 @@ class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
     auto* model = dynamic_cast<ModelOverBoxes*>(GetRawPtr(model_));
     return model != nullptr ? model->over_boxes() : nullptr;
   }
+  /// Splits a clone of the model; null for a derived class that does not override it.
+  [[nodiscard]] Ipopt::SmartPtr<Ipopt::TNLP> clone_model() const override;
   bool get_variable_players(Index n, Player* players) override;
   bool get_constraint_players(Index m, Player* players) override;
 

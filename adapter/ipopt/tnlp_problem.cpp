@@ -262,6 +262,13 @@ const BoxFunctions* TnlpProblem::over_boxes() const {
   return model != nullptr ? model->over_boxes() : nullptr;
 }
 
+std::unique_ptr<Problem> TnlpProblem::clone() const {
+  const auto model = ClonableModel::clone_of(*model_);
+  if (IsNull(model)) return nullptr;
+  auto copy = std::make_unique<TnlpProblem>(model, options_, hessian_source_);
+  return copy->load().empty() ? std::move(copy) : nullptr;
+}
+
 bool TnlpProblem::report(const IterationInfo& info) {
   if (info.over_y) {
     auto* model = dynamic_cast<MinMaxTNLP*>(GetRawPtr(model_));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -94,6 +95,7 @@ class TnlpProblem : public Problem {
                           hessian_entries_, nullptr, nullptr, address(values));
   }
   [[nodiscard]] const BoxFunctions* over_boxes() const override;
+  [[nodiscard]] std::unique_ptr<Problem> clone() const override;
 
  private:
   struct Metadata {

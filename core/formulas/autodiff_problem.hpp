@@ -7,6 +7,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -173,6 +174,22 @@ class AutodiffProblem : public Problem {
         values[part.hessian[e]] += derivatives_[e];
     }
     return all_finite(values);
+  }
+  /// Copies the functions; null for a derived class that does not override it.
+  [[nodiscard]] std::unique_ptr<Problem> clone() const override {
+    if (typeid(*this) != typeid(AutodiffProblem)) return nullptr;
+    return std::make_unique<AutodiffProblem>(functions_, data());
+  }
+
+ protected:
+  /// What it was made from, with the present start.
+  [[nodiscard]] ModelData data() const {
+    const ProblemStructure& s = structure_;
+    return {s.variable_players,   start_,
+            s.variable_lower,     s.variable_upper,
+            s.constraint_lower,   s.constraint_upper,
+            s.constraint_players, s.variable_names,
+            s.constraint_names};
   }
 
  private:

@@ -618,14 +618,23 @@ void Witnesses::add(std::span<const double> v, List& list) try {
   std::vector<double> y;
   y.reserve(max_variables_.size());
   for (const std::size_t i : max_variables_) y.push_back(v[i]);
-  if (!all_finite(y)) return;
+  if (all_finite(y)) keep(std::move(y), list);
+} catch (const std::bad_alloc&) {  // one witness less
+}
+
+void Witnesses::add(const Witnesses& others) try {
+  for (const std::vector<double>& y : others.met_.kept) keep(y, met_);
+  for (const std::vector<double>& y : others.starts_.kept) keep(y, starts_);
+} catch (const std::bad_alloc&) {  // some less
+}
+
+void Witnesses::keep(std::vector<double> y, List& list) {
   const std::lock_guard lock(mutex_);
   if (list.kept.size() < most_) {
     list.kept.push_back(std::move(y));
   } else {
     list.kept[list.next++ % most_] = std::move(y);
   }
-} catch (const std::bad_alloc&) {  // one witness less
 }
 
 namespace {

@@ -26,6 +26,8 @@ class Witnesses {
     add(result.worst_case.v);
     for (const RobustWorstCase& worst : result.worst_cases) add(worst.v);
   }
+  /// All of another list, of the same model.
+  void add(const Witnesses& others);
   /// Where a maximization began: it shows the range of a function, and refutes nothing.
   void add_start(std::span<const double> v) { add(v, starts_); }
   /// Of each the values of Max's variables, in their order.
@@ -40,6 +42,7 @@ class Witnesses {
     std::size_t next = 0;
   };
   void add(std::span<const double> v, List& list);
+  void keep(std::vector<double> y, List& list);
   [[nodiscard]] Points copy_of(const List& list) const {
     const std::lock_guard lock(mutex_);
     return list.kept;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -22,6 +23,7 @@
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
+#include "linalg/workers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -362,22 +364,40 @@ class RobustSearch {
     }
   }
 
+  /// What the search over y of one side uses, which no other thread does.
+  struct Desk {
+    Problem& form;  ///< the solved one, or a clone of it
+    Result& work;
+    Witnesses& witnesses;
+  };
+
+  [[nodiscard]] std::vector<RobustBound> bounded_sides() const {
+    std::vector<RobustBound> sides;
+    for (const Index row : robust_constraints(s_)) {
+      const double lower = s_.constraint_lower[at(row)], upper = s_.constraint_upper[at(row)];
+      const auto add = [&](int side, double bound) {
+        sides.push_back({row, side, bound, bound + relaxation(bound, upper - lower, options_)});
+      };
+      if (upper < options_.nlp_upper_bound_inf) add(1, upper);
+      if (lower > options_.nlp_lower_bound_inf) add(-1, -lower);
+    }
+    return sides;
+  }
+
   /// Maximizes each bounded side of each robust constraint over all of y at the x of place_.v, from
   /// so many starts of y for each side and from the known worst cases.
   Scans scan(Index starts, const WorstCases& known) {
     ranges_.see(place_.v);
-    Scans scans;
-    for (const Index row : robust_constraints(s_)) {
-      const RobustScope scope = scopes_.of(row);
-      const double lower = s_.constraint_lower[at(row)], upper = s_.constraint_upper[at(row)];
-      for (const int side : {1, -1}) {
-        const double bound = side > 0 ? upper : -lower;
-        const bool bounded =
-            side > 0 ? upper < options_.nlp_upper_bound_inf : lower > options_.nlp_lower_bound_inf;
-        if (!bounded) continue;
-        const RobustBound of{row, side, bound, bound + relaxation(bound, upper - lower, options_)};
-        static_cast<RobustBound&>(scans.emplace_back(scan_side(scope, of, starts, known))) = of;
-      }
+    const std::vector<RobustBound> sides = bounded_sides();
+    Scans scans(sides.size());
+    const auto scan_one = [&](std::size_t k, const Desk& desk) {
+      scans[k] = scan_side(sides[k], starts, known, desk);
+      static_cast<RobustBound&>(scans[k]) = sides[k];
+    };
+    if (have_clones(std::min(at(options_.minmax_threads), sides.size()))) {
+      scan_on_threads(sides.size(), scan_one);
+    } else {
+      for (const auto k : indices(sides)) scan_one(k, {form_.solved, work_, form_.witnesses});
     }
     ++scans_;
     for (const MaximaOverY& side : scans) {
@@ -386,17 +406,45 @@ class RobustSearch {
     return scans;
   }
 
-  MaximaOverY scan_side(RobustScope scope, const RobustBound& of, Index starts,
-                        const WorstCases& known) {
-    MaximaOverY scan = scan_in(scope, of, starts, known);
+  /// Whether there is a clone of the form for each of several threads. Factorizations are counted
+  /// when a solve has ended: only one at a time keeps to their number.
+  [[nodiscard]] bool have_clones(std::size_t threads) {
+    if (threads < 2 || budget_.factorizations_left()) return false;
+    while (clones_.size() < threads) {
+      auto clone = form_.solved.clone();
+      if (!clone) return false;
+      clones_.push_back(std::move(clone));
+    }
+    return true;
+  }
+
+  /// What the sides leave is put together in their order.
+  template <class ScanOne>
+  void scan_on_threads(std::size_t sides, const ScanOne& scan_one) {
+    std::vector<Result> work(sides);
+    std::deque<Witnesses> witnesses;
+    while (witnesses.size() < sides) witnesses.emplace_back(asked_);
+    share_tasks(workers_, clones_.size(), sides, [&](std::size_t k, std::size_t thread) {
+      scan_one(k, {*clones_[thread], work[k], witnesses[k]});
+    });
+    for (const auto k : indices(work)) {
+      add_work(work[k], work_);
+      form_.witnesses.add(witnesses[k]);
+    }
+  }
+
+  MaximaOverY scan_side(const RobustBound& of, Index starts, const WorstCases& known,
+                        const Desk& desk) {
+    RobustScope scope = scopes_.of(of.constraint);
+    MaximaOverY scan = scan_in(scope, of, starts, known, desk);
     if (!scan.completed) {  // where a trajectory that goes on diverges y is not Max's
       scope = scopes_.all_of(of.constraint);
-      scan = scan_in(scope, of, starts, known);
+      scan = scan_in(scope, of, starts, known, desk);
     }
     if (scope.idle.empty() || !scope.follows.empty() || starts == 0) return scan;
     // What is idle may decide which y have a solution of the equations at all.
     scope.idle.clear();
-    MaximaOverY other = scan_in(scope, of, starts, known);
+    MaximaOverY other = scan_in(scope, of, starts, known, desk);
     return other.is_higher(other.highest(), scan.highest()) ? other : scan;
   }
 
@@ -404,7 +452,7 @@ class RobustSearch {
   /// alone. Else, if this maximum is far from the limit when it has moved with x, the side is not
   /// searched further.
   MaximaOverY scan_in(const RobustScope& scope, const RobustBound& of, Index starts,
-                      const WorstCases& known) {
+                      const WorstCases& known, const Desk& desk) {
     MaximaOverY scan;
     if (budget_.used_up()) return scan;
     const auto& [row, side, bound, accepted] = of;
@@ -417,24 +465,26 @@ class RobustSearch {
       return of.is_of(one) && one.v.size() == place_.v.size();
     });
     const bool is_followed = last != followed_.end(), was_active = is_followed && last->active;
-    MaximizationContext context{.options = options_,
+    SolverOptions options = options_;
+    if (&desk.form != &form_.solved) options.minmax_threads = 1;  // beside other sides
+    MaximizationContext context{.options = options,
                                 .budget = budget_,
                                 .start = form_.start,
                                 .told = asked_,
-                                .work = work_,
+                                .work = desk.work,
                                 // None looks from where a scan before it did.
                                 .drawn = std::max(kMostStartsOfAScan, starts_) * scans_,
-                                .witnesses = &form_.witnesses,
+                                .witnesses = &desk.witnesses,
                                 .size = form_.units.size[at(row)],
                                 .sizes = &ranges_};
     if (!scope.follows.empty())
-      context.complete = [&](auto& v) { return complete(form_.solved, scope.follows, v); };
+      context.complete = [&](auto& v) { return complete(desk.form, scope.follows, v); };
     if (is_followed && !was_active) {
       std::vector<double> v = place_.v;
       for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
       for (const auto& [equation, i] : scope.follows) v[at(i)] = last->v[at(i)];
-      RowOverY problem(form_.solved, row, side, std::move(v), scope);
-      context.options = staying_near(options_);
+      RowOverY problem(desk.form, row, side, std::move(v), scope);
+      context.options = staying_near(options);
       context.options.minmax_max_restarts = 0;
       scan = maximize_over_y(problem, 1, {}, context);
       if (scan.is_complete()) {
@@ -444,9 +494,9 @@ class RobustSearch {
         if (!is_near_limit(below / factor, last->range)) return scan;
         given.push_back(scan.maxima.front().v);
       }
-      context.options = options_;
+      context.options = options;
     }
-    RowOverY problem(form_.solved, row, side, place_.v, scope);
+    RowOverY problem(desk.form, row, side, place_.v, scope);
     if (was_active) context.options.minmax_worst_case_starts = starts;  // and no more
     scan = maximize_over_y(problem, starts, given, context,
                            starts > 0 ? std::optional(accepted) : std::nullopt);
@@ -744,8 +794,10 @@ class RobustSearch {
   std::size_t corners_added_ = 0;  ///< to the scenarios
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
-  bool restarts_ = false;  ///< searches that fail begin anew
-  Index scans_ = 0;        ///< made
+  bool restarts_ = false;                         ///< searches that fail begin anew
+  Index scans_ = 0;                               ///< made
+  std::vector<std::unique_ptr<Problem>> clones_;  ///< of the solved form, one for each thread
+  Workers workers_;
   Result answer_;
   Result work_;  ///< of all solves and maximizations
 };

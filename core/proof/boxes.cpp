@@ -1,10 +1,8 @@
 #include "core/proof/boxes.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <exception>
 #include <limits>
 #include <optional>
 #include <queue>
@@ -166,7 +164,6 @@ struct Finding {
   double settled = -kInfinity;  ///< bound of what was left alone
   BestSeen best;
   Index boxes = 0;
-  std::exception_ptr error;
 };
 
 /// Looks at one part at a time, for one thread.
@@ -363,22 +360,13 @@ class BranchAndBound {
     known_.highest = best_.value;
     known_.gap = gap();
     std::vector<Finding> findings(parts_.size());
-    std::atomic<std::size_t> next = 0;
-    const auto share = [&](int thread) {
-      for (std::size_t k = next++; k < parts_.size(); k = next++) {
-        try {
-          findings[k] = examiners_[at(thread)].examine(std::move(parts_[k]), known_);
-        } catch (...) {
-          findings[k].error = std::current_exception();
-        }
-      }
-    };
-    workers_.run(static_cast<int>(std::min(examiners_.size(), parts_.size())), share);
+    share_tasks(workers_, examiners_.size(), parts_.size(), [&](std::size_t k, std::size_t thread) {
+      findings[k] = examiners_[thread].examine(std::move(parts_[k]), known_);
+    });
     for (Finding& finding : findings) take(finding);
   }
 
   void take(Finding& finding) {
-    if (finding.error) std::rethrow_exception(finding.error);
     boxes_ += finding.boxes;
     settled_ = std::max(settled_, finding.settled);
     if (finding.best.value > best_.value) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -21,12 +23,12 @@ namespace ipminmax {
 /// least violation, t >= 0 subject to the model's constraints, robust ones with one bound relaxed
 /// by t: g - t <= upper for every y, or g + t >= lower. The variable t is the last one, the
 /// constraint on f too.
-class Epigraph final : public ByRows<Problem>, private BoxesOf {
+class Epigraph final : public ByRows<ForwardingProblem>, private BoxesOf {
  public:
   /// reads_y: n, whether f reads a Max variable, as far as is known; none: it may read all.
   Epigraph(Problem& model, const std::vector<bool>& reads_y)
-      : BoxesOf(model.over_boxes()),
-        model_(model),
+      : ByRows(model),
+        BoxesOf(model.over_boxes()),
         structure_(model.structure()),
         of_objective_(true) {
     n_ = add_variable(structure_, Player::Min, -kInfinity, kInfinity, {-1, "t"});
@@ -44,8 +46,8 @@ class Epigraph final : public ByRows<Problem>, private BoxesOf {
 
   /// Of the least violation.
   explicit Epigraph(Problem& model)
-      : BoxesOf(nullptr),
-        model_(model),
+      : ByRows(model),
+        BoxesOf(nullptr),
         structure_(model.structure()),
         of_objective_(false),
         m_(static_cast<Index>(structure_.constraint_players.size())),
@@ -61,21 +63,22 @@ class Epigraph final : public ByRows<Problem>, private BoxesOf {
   /// Whether there is a constraint that t is in.
   [[nodiscard]] bool relaxes_any() const { return !relaxed_.empty(); }
   /// Whether a gradient of f has shown that it reads more Max variables.
-  [[nodiscard]] bool reads_more() const { return reads_more_; }
+  [[nodiscard]] bool reads_more() const { return *reads_more_; }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     if (start.needs_multipliers) return false;
-    const auto own = model_start(model_);
+    const auto own = model_start(model());
     if (!own) return false;
     std::ranges::copy(*own, start.v.begin());
     double f = 0.0;
-    if (all_finite(*own) && model_.objective(*own, true, f) && std::isfinite(f)) start.v.back() = f;
+    if (all_finite(*own) && model().objective(*own, true, f) && std::isfinite(f))
+      start.v.back() = f;
     return true;
   }
 
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
-    if (!of_objective_ || !model_.user_scaling(scaling)) return false;
+    if (!of_objective_ || !model().user_scaling(scaling)) return false;
     if (!scaling.variables.empty()) scaling.variables.push_back(std::abs(scaling.objective));
     if (!scaling.constraints.empty()) scaling.constraints.push_back(std::abs(scaling.objective));
     return true;
@@ -96,8 +99,9 @@ class Epigraph final : public ByRows<Problem>, private BoxesOf {
                                      std::span<double> g) override {
     const auto own = v.first(at(n_));
     const auto asked = of_model(rows);
-    if (!asked.empty() && !model_.constraint_rows(asked, own, true, g.first(at(m_)))) return false;
-    if (asked.size() < rows.size() && !model_.objective(own, asked.empty(), g.back())) return false;
+    if (!asked.empty() && !model().constraint_rows(asked, own, true, g.first(at(m_)))) return false;
+    if (asked.size() < rows.size() && !model().objective(own, asked.empty(), g.back()))
+      return false;
     for (const auto& [row, sign] : relaxed_) {
       if (std::ranges::binary_search(rows, row)) g[at(row)] += sign * v.back();
     }
@@ -108,34 +112,39 @@ class Epigraph final : public ByRows<Problem>, private BoxesOf {
                                    std::span<double> values) override {
     const auto own = v.first(at(n_));
     const auto asked = of_model(rows);
-    if (!asked.empty() && !model_.jacobian_rows(asked, own, true, values.first(entries_)))
+    if (!asked.empty() && !model().jacobian_rows(asked, own, true, values.first(entries_)))
       return false;
     for (const auto k : indices(relaxed_))
       values[values.size() - relaxed_.size() + k] = relaxed_[k].sign;
     if (asked.size() == rows.size()) return true;
-    if (!model_.gradient(own, asked.empty(), gradient_)) return false;
+    if (!model().gradient(own, asked.empty(), gradient_)) return false;
     for (const auto k : indices(read_)) values[entries_ + k] = gradient_[at(read_[k])];
-    reads_more_ = reads_more_ ||
-                  std::ranges::any_of(unread_, [&](Index i) { return gradient_[at(i)] != 0.0; });
+    if (std::ranges::any_of(unread_, [&](Index i) { return gradient_[at(i)] != 0.0; }))
+      *reads_more_ = true;
     return true;
   }
 
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
                              std::span<const double> lambda, bool,
                              std::span<double> values) override {
-    return model_.hessian(v.first(at(n_)), true, of_objective_ ? lambda.back() : 0.0,
-                          lambda.first(at(m_)), true, values);
+    return model().hessian(v.first(at(n_)), true, of_objective_ ? lambda.back() : 0.0,
+                           lambda.first(at(m_)), true, values);
   }
 
   [[nodiscard]] bool hessian_errors(std::span<const double> v, double,
                                     std::span<const double> lambda,
                                     std::span<double> row_errors) override {
     row_errors.back() = 0.0;
-    return model_.hessian_errors(v.first(at(n_)), of_objective_ ? lambda.back() : 0.0,
-                                 lambda.first(at(m_)), row_errors.first(at(n_)));
+    return model().hessian_errors(v.first(at(n_)), of_objective_ ? lambda.back() : 0.0,
+                                  lambda.first(at(m_)), row_errors.first(at(n_)));
   }
 
   [[nodiscard]] const BoxFunctions* over_boxes() const override { return if_known(); }
+  [[nodiscard]] std::unique_ptr<Problem> clone() const override {
+    auto copy = cloned(*this);
+    if (copy && model_boxes != nullptr) copy->model_boxes = copy->model().over_boxes();
+    return copy;
+  }
 
  private:
   // t, and the model's constraints with f - t.
@@ -159,7 +168,6 @@ class Epigraph final : public ByRows<Problem>, private BoxesOf {
     structure_.jacobian.push_back({row, n_});
     structure_.nonlinear_variables.reset();
   }
-  Problem& model_;
   ProblemStructure structure_;
   bool of_objective_;
   Index n_, m_;                       ///< of the model
@@ -167,7 +175,8 @@ class Epigraph final : public ByRows<Problem>, private BoxesOf {
   std::size_t entries_ = 0;           ///< of the model's Jacobian
   std::vector<Index> read_, unread_;  ///< variables that the row f - t has entries of, and others
   std::vector<double> gradient_;
-  bool reads_more_ = false;
+  /// Of all clones.
+  std::shared_ptr<std::atomic<bool>> reads_more_ = std::make_shared<std::atomic<bool>>(false);
 };
 
 }  // namespace ipminmax

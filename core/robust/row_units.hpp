@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -108,6 +109,11 @@ class InRowUnits final : public ByRows<Restructured>, private BoxesOf {
   }
 
   [[nodiscard]] const BoxFunctions* over_boxes() const override { return if_known(); }
+  [[nodiscard]] std::unique_ptr<Problem> clone() const override {
+    auto copy = cloned(*this);
+    if (copy) copy->model_boxes = copy->model().over_boxes();
+    return copy;
+  }
 
  private:
   IntervalJet objective_over(std::span<const IntervalJet> v) const override {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,7 @@ class Restarted final : public SameRows {
     model_start_.assign(start.v.begin(), start.v.end());
     return true;
   }
+  [[nodiscard]] std::unique_ptr<Problem> clone() const override { return cloned(*this); }
 
  private:
   std::vector<double> start_;

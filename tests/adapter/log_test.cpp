@@ -280,7 +280,7 @@ TEST(Work, CountsAndTimes) {
 
 TEST(ExitLine, EveryStatusHasItsOwnWords) {
   std::set<std::string> lines;
-  const auto last = static_cast<int>(Status::OutOfMemory);
+  const auto last = static_cast<int>(Status::WorstCaseNotMet);
   for (int i = 0; i <= last; ++i) {
     Result result;
     result.status = static_cast<Status>(i);

@@ -70,7 +70,7 @@ TEST(LogPage, DefinesEveryColumn) {
 
 TEST(StatusesPage, HasARowPerStatusWithItsReturnValue) {
   const std::vector<std::string> page = lines_of("statuses.md");
-  for (int s = 0; s <= static_cast<int>(Status::OutOfMemory); ++s) {
+  for (int s = 0; s <= static_cast<int>(Status::WorstCaseNotMet); ++s) {
     const auto status = static_cast<Status>(s);
     std::string returned(name_of(application_status(status)));
     if (status == Status::MaxWallTime) returned = "Maximum_WallTime_Exceeded";  // not in Ipopt 3.11

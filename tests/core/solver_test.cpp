@@ -521,7 +521,7 @@ TEST(SolveStatus, WhereARestorationFailsTheAcceptablePointBeforeItIsTheAnswer) {
 
 TEST(SolveStatus, EveryStatusHasItsOwnName) {
   std::vector<std::string_view> names;
-  for (int s = 0; s <= static_cast<int>(Status::OutOfMemory); ++s) {
+  for (int s = 0; s <= static_cast<int>(Status::WorstCaseNotMet); ++s) {
     const std::string_view name = name_of(static_cast<Status>(s));
     EXPECT_FALSE(name.empty());
     for (const std::string_view other : names) EXPECT_NE(name, other);
