@@ -16,6 +16,7 @@
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
+#include "linalg/library_lock.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -109,7 +110,8 @@ void Starts::start_after_the_first() {
   constexpr double kSecondsToEnd = 3.0;
   queue_.put(1, last_);
   // Factorizations are counted when a solve has ended: only one at a time keeps to their number.
-  const std::size_t most = budget_.factorizations_left() ? 1 : workers_.size();
+  const bool alone = budget_.factorizations_left() || LibraryLock::is_held();
+  const std::size_t most = alone ? 1 : workers_.size();
   {
     std::vector<JoinedThread> threads;  // joined when they go out of scope
     for (std::size_t t = 1; t < most && static_cast<Index>(t) < last_; ++t) {
