@@ -29,6 +29,18 @@ SearchOutcome better(const std::optional<SearchOutcome>& earlier, SearchOutcome 
   return better(*earlier, std::move(later));
 }
 
+/// Whether variables with equal bounds are taken out and may be kept instead.
+bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& options) {
+  const auto treatment = options.fixed_variable_treatment;
+  const bool takes_out = treatment == FixedVariableTreatment::MakeParameter ||
+                         treatment == FixedVariableTreatment::MakeParameterNodual;
+  if (!takes_out || !(options.bound_relax_factor > 0.0)) return false;
+  for (const auto i : indices(s.variable_lower)) {
+    if (s.variable_lower[i] == s.variable_upper[i]) return true;
+  }
+  return false;
+}
+
 /// One solve: the best of a list of searches, all within one budget of iterations.
 class Solve {
  public:
@@ -53,17 +65,75 @@ class Solve {
     }
   }
 
+  /// Searches from one start after the other until one succeeds. What the model or the observer
+  /// throws passes through; of a restoration all that is not the factors' memory does.
   Result run() {
-    Result result = run_guarded();
-    if (purpose_ == Purpose::Restoration) return result;  // the whole solve counts it
-    const Index restoring = counts_.factorizations_for(FactorizationCause::Restoration).full;
-    shared_.spend(result.factorizations + restoring);
-    if (result.status == Status::OutOfMemory) shared_.stop(Status::OutOfMemory);
-    return result;
+    try {
+      auto refused = prepare();
+      return refused ? std::move(*refused) : finish(search_all(arrays_.search.start));
+    } catch (const FactorsOutOfMemory& error) {
+      return stopped(Status::OutOfMemory, error.what());
+    } catch (const std::bad_alloc&) {
+      if (purpose_ == Purpose::Restoration) throw;  // the whole solve is out of memory
+    } catch (const std::length_error&) {            // more than an array can hold
+      if (canonical_.inside_model() || (observation_ && observation_->is_inside())) throw;
+    } catch (const SolverUnavailable& error) {
+      if (purpose_ == Purpose::Restoration) throw;
+      best_.reset();  // this is why nothing better was found
+      const bool worked = is_analyzed_ || dynamic_cast<const SolverLost*>(&error) != nullptr;
+      return stopped(worked ? Status::LinearSolverFailed : Status::InvalidOption, error.what());
+    }
+    return without_point(Status::OutOfMemory, "out of memory");
   }
 
  private:
-  /// Makes what the searches work with.
+  /// The canonical problem, what the searches work with, and the evaluated start of the first. A
+  /// result: there is nothing to search.
+  std::optional<Result> prepare() {
+    if (auto error = check(options_); !error.empty()) {
+      return without_point(Status::InvalidOption, std::move(error));
+    }
+    if (kept_ && !kept_->fits(problem_.structure(), options_)) kept_ = nullptr;
+    const bool is_scaled = kept_ && kept_->scaling;
+    if (auto error = canonical_.build(is_scaled ? &*kept_->scaling : nullptr, &limit_);
+        !error.empty()) {
+      return limit_.exceeded() ? at_start() : without_point(canonical_.error_status(), error);
+    }
+    if (auto error = option_for_minimizations(); canonical_.max_size() > 0 && error != nullptr) {
+      return without_point(Status::InvalidOption, error);
+    }
+    if (limit_.expired()) return at_start();
+    begin();
+    if (limit_.expired() || !analyze()) {
+      return limit_.exceeded()
+                 ? at_start()
+                 : without_point(Status::OutOfMemory, "out of memory in the analysis");
+    }
+    is_analyzed_ = true;
+    Start& first = arrays_.search.start;
+    first = Start{.point = std::move(first.point)};  // for its room
+    begin_at(canonical_, canonical_.starting_point(), first.point);
+    if (evaluate_start(*context_, options_, first.point)) return std::nullopt;
+    const Status status = canonical_.evaluation_status();
+    Result result = without_point(status, canonical_.evaluation_error() + " at the starting point");
+    keep_work(status);
+    return result;
+  }
+
+  /// What is asked for and possible without Max variables alone; null: nothing.
+  [[nodiscard]] const char* option_for_minimizations() const {
+    if (options_.mu_strategy == BarrierStrategy::Adaptive &&
+        options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
+      return "adaptive_mu_globalization = obj-constr-filter is for minimizations: with Max "
+             "variables the objective may rise\nuse kkt-error";
+    }
+    if (options_.minmax_certificate == CertificateEffort::None) {
+      return "minmax_certificate = none is for minimizations: with Max variables only the "
+             "certificate tells a local minmax from a saddle";
+    }
+    return nullptr;
+  }
+
   void begin() {
     kkt_.emplace(canonical_, options_, counts_, timing_, &limit_,
                  KeptKkt{.analysis = kept_ && kept_->analysis ? &*kept_->analysis : nullptr,
@@ -77,93 +147,6 @@ class Solve {
     kkt_->allow_factorizations(budget_.factorizations_of_steps());
   }
 
-  /// Of all searches, with the outcome of the last one.
-  [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
-    return better(best_, better(left_, std::move(last)));
-  }
-
-  Result run_guarded() {
-    try {
-      return run_checked();
-    } catch (const FactorsOutOfMemory& error) {
-      return without_point(Status::OutOfMemory, error.what());
-    } catch (const std::bad_alloc&) {
-      if (purpose_ == Purpose::Restoration) throw;  // the whole solve is out of memory
-      return without_point(Status::OutOfMemory, "out of memory");
-    } catch (const std::length_error&) {  // more than an array can hold
-      if (canonical_.inside_model() || observer_threw_) throw;
-      return without_point(Status::OutOfMemory, "out of memory");
-    } catch (const SolverLost& error) {
-      if (purpose_ == Purpose::Restoration) throw;
-      return without_point(Status::LinearSolverFailed, error.what());
-    } catch (const SolverUnavailable& error) {
-      if (purpose_ == Purpose::Restoration) throw;
-      return without_point(Status::InvalidOption, error.what());
-    }
-  }
-
-  Result run_checked() {
-    if (auto error = check(options_); !error.empty()) {
-      return without_point(Status::InvalidOption, std::move(error));
-    }
-    if (kept_ && !kept_->fits(problem_.structure(), options_)) kept_ = nullptr;
-    const bool is_scaled = kept_ && kept_->scaling;
-    if (auto error = canonical_.build(is_scaled ? &*kept_->scaling : nullptr, &limit_);
-        !error.empty()) {
-      return limit_.exceeded() ? at_start() : without_point(canonical_.error_status(), error);
-    }
-    if (options_.mu_strategy == BarrierStrategy::Adaptive && canonical_.max_size() > 0 &&
-        options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
-      return without_point(
-          Status::InvalidOption,
-          "adaptive_mu_globalization = obj-constr-filter is for minimizations: with "
-          "Max variables the "
-          "objective may rise\nuse kkt-error");
-    }
-    if (options_.minmax_certificate == CertificateEffort::None && canonical_.max_size() > 0) {
-      return without_point(
-          Status::InvalidOption,
-          "minmax_certificate = none is for minimizations: with Max variables only the certificate "
-          "tells a local minmax from a saddle");
-    }
-    return search();
-  }
-
-  Result search() {
-    if (limit_.expired()) return at_start();
-    begin();
-    if (limit_.expired() || !analyze()) {
-      return limit_.exceeded()
-                 ? at_start()
-                 : without_point(Status::OutOfMemory, "out of memory in the analysis");
-    }
-    const auto stopped = [&](Status status, const char* why) {
-      return search_ ? finish(best_with(search_->ended(status, why))) : without_point(status, why);
-    };
-    try {
-      Start& first = arrays_.search.start;
-      first = Start{.point = std::move(first.point)};  // for its room
-      begin_at(canonical_, canonical_.starting_point(), first.point);
-      if (!evaluate_start(*context_, options_, first.point)) {
-        const Status status = canonical_.evaluation_status();
-        Result result =
-            without_point(status, canonical_.evaluation_error() + " at the starting point");
-        keep_work(status);
-        return result;
-      }
-      return finish(search_all(first));
-    } catch (const FactorsOutOfMemory& error) {
-      return stopped(Status::OutOfMemory, error.what());
-    } catch (const SolverUnavailable& error) {
-      if (purpose_ == Purpose::Restoration) throw;
-      best_.reset();  // this is why nothing better was found
-      return stopped(Status::LinearSolverFailed, error.what());
-    } catch (const std::length_error&) {
-      observer_threw_ = observation_->is_inside();
-      throw;
-    }
-  }
-
   bool analyze() {
     if (!kkt_->analyze()) return false;
     if (!kept_) return true;
@@ -174,13 +157,23 @@ class Solve {
     return true;
   }
 
+  /// Of all searches, with the outcome of the last one.
+  [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
+    return better(best_, better(left_, std::move(last)));
+  }
+
+  /// The end of all searches by what the last one met; without a search no point is known.
+  Result stopped(Status status, const char* why) {
+    return search_ ? finish(best_with(search_->ended(status, why))) : without_point(status, why);
+  }
+
+  /// The best of the searches from this start and, as long as they fail, from others.
   SearchOutcome search_all(Start& start) {
     barrier_.emplace(*context_, start.point);
     for (;;) {
-      SearchOutcome outcome = best_with(search_from(start));
-      const bool goes_on = search_failed(outcome.status);
-      best_ = std::move(outcome);
-      auto next = goes_on ? next_start() : std::nullopt;
+      best_ = best_with(search_from(start));
+      if (!search_failed(best_->status)) break;
+      auto next = next_start();
       if (!next) break;
       start = std::move(*next);
     }
@@ -455,7 +448,6 @@ class Solve {
   TimeLimit limit_;
   IterationBudget budget_;
   CanonicalProblem canonical_;
-  bool observer_threw_ = false;
   // What the searches work with.
   std::optional<KktSystem> kkt_;
   std::optional<InertiaCorrection> correction_;
@@ -467,6 +459,7 @@ class Solve {
   std::optional<Search> search_;       ///< the last one
   std::optional<SearchOutcome> left_;  ///< by the last one, for a better point
   std::optional<SearchOutcome> best_;  ///< of those before
+  bool is_analyzed_ = false;           ///< the linear solver has worked
   // Of the last search, one of them.
   std::optional<GlobalizedMethod> globalized_;
   std::optional<AlgorithmOne> algorithm_one_;
@@ -476,7 +469,30 @@ class Solve {
 
 Result run_searches(Problem& problem, const SolverOptions& options, Budget& budget,
                     const SolveObserver& observer, KeptWork* kept) {
-  return Solve(problem, options, budget, observer, Purpose::Solution, kept).run();
+  const auto run = [&](const SolverOptions& with) {
+    Result result = Solve(problem, with, budget, observer, Purpose::Solution, kept).run();
+    const auto& restoring = result.counts.factorizations_for(FactorizationCause::Restoration);
+    budget.spend(result.factorizations + restoring.full);
+    if (result.status == Status::OutOfMemory) budget.stop(Status::OutOfMemory);
+    return result;
+  };
+  Result refused = run(options);
+  if (refused.status != Status::TooFewDegreesOfFreedom ||
+      !may_keep_fixed_variables(problem.structure(), options)) {
+    return refused;
+  }
+  SolverOptions relaxed = options;
+  relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
+  Result result = run(relaxed);
+  if (result.status == Status::TooFewDegreesOfFreedom) return refused;
+  result.fixed_variables_relaxed = true;
+  if (observer.message) {
+    observer.message(
+        "The bounds of fixed variables were moved apart (fixed_variable_treatment "
+        "relax_bounds): without these variables there were " +
+        refused.message + ".");
+  }
+  return result;
 }
 
 }  // namespace ipminmax
