@@ -40,7 +40,7 @@ std::string CanonicalProblem::fail(Status status, std::string message) {
   return message;
 }
 
-std::string CanonicalProblem::build(const GradientScaling* kept, TimeLimit* limit) {
+std::string CanonicalProblem::build(const GradientScaling* kept, SolveLimit* limit) {
   const auto is_late = [&] { return limit != nullptr && limit->expired(); };
   const auto late = [&] { return fail(*limit->exceeded(), "the time limit passed"); };
   if (auto error = check_structure(structure_, options_); !error.empty()) return error;

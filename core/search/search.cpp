@@ -16,6 +16,24 @@ bool seems_wrong(const Certificate& found) {
   return found.inner.positive > found.inner_expected.positive;
 }
 
+/// A test goes on: it may use what steps keep for it, and what it uses is counted as its own.
+class Testing : Uncopied {
+ public:
+  Testing(SolveLimit& limit, const KktSystem& kkt)
+      : limit_(limit), kkt_(kkt), before_(kkt.factorizations()) {
+    limit_.testing = true;
+  }
+  ~Testing() {
+    limit_.testing = false;
+    limit_.tests += kkt_.factorizations() - before_;
+  }
+
+ private:
+  SolveLimit& limit_;
+  const KktSystem& kkt_;
+  Index before_;
+};
+
 }  // namespace
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
@@ -27,14 +45,14 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       test_(canonical_, options_),
       arrays_(arrays),
       step_{.kind = start.how},
-      deadline_(start.deadline) {
+      ends_before_(start.ends_before) {
   arrays_.point = arrays_.next = start.point;
   arrays_.best.see(rank_of(canonical_, options_, arrays_.point), arrays_.point, barrier_.mu(),
-                   budget_.iteration);
+                   limit_.iteration);
 }
 
 SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
-  for (;; ++budget_.iteration) {
+  for (;; ++limit_.iteration) {
     if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
     drop_idle_multipliers(options_.tol);
 
@@ -46,12 +64,12 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     }
     // For a balanced point as long again as to the first that met the tolerances, and some more.
     constexpr Index kMore = 100;
-    if (met_at_ < 0 && !arrays_.best.rank.is_unmet) met_at_ = budget_.iteration;
-    if (met_at_ >= 0 && budget_.iteration > 2 * met_at_ + kMore)
+    if (met_at_ < 0 && !arrays_.best.rank.is_unmet) met_at_ = limit_.iteration;
+    if (met_at_ >= 0 && limit_.iteration > 2 * met_at_ + kMore)
       return given_up(Status::MaxIterations);
     if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
-    if (deadline_ && budget_.iteration >= deadline_->iteration) return ended(deadline_->status);
+    if (limit_.iteration >= ends_before_) return ended(Status::NoLocalMinmaxFound);
 
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
@@ -66,7 +84,7 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
 SearchOutcome Search::ended(Status status, std::string message) const {
   name_divergence(*this, arrays_.point, status, message);
   const bool limited = options_.minmax_max_factorizations > 0;
-  if (status == Status::MaxIterations && limited && !budget_.is_spent() && message.empty()) {
+  if (status == Status::MaxIterations && limited && limit_.iterations_left() > 0 && message.empty()) {
     message = "the factorizations that minmax_max_factorizations allows are used up";
   }
   SearchOutcome outcome{.status = status,
@@ -74,7 +92,7 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .point = std::move(arrays_.ended),
                         .mu = barrier_.mu(),
                         .certificate = {},
-                        .iterations = budget_.iteration};
+                        .iterations = limit_.iteration};
   outcome.point = arrays_.point;
   return outcome;
 }
@@ -112,7 +130,7 @@ SearchOutcome Search::ended(Verdict&& verdict) const {
 void Search::measure_point() {
   measure(canonical_, options_, arrays_.point);
   arrays_.best.see(rank_of(canonical_, options_, arrays_.point), arrays_.point, barrier_.mu(),
-                   budget_.iteration + 1);
+                   limit_.iteration + 1);
 }
 
 void Search::make_step(StepMethod& method) {
@@ -153,7 +171,7 @@ std::optional<Status> Search::limit_reached() {
   if (max_norm(arrays_.point.iterate.v) > options_.diverging_iterates_tol) {
     return Status::DivergingIterates;
   }
-  if (budget_.is_spent()) return Status::MaxIterations;
+  if (limit_.iterations_left() <= 0) return Status::MaxIterations;
   const bool far =
       !has_max() && has_run_away(canonical_, arrays_.point, {0, canonical_.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
@@ -192,12 +210,11 @@ Search::Verdict Search::judge(Status claim) {
     return verdict;
   }
   const KktSystem::Counting counting(kkt_, FactorizationCause::Certificate);
-  const Index before = kkt_.factorizations();
-  kkt_.allow_factorizations(budget_.factorizations);
-  finding = certify(canonical_, kkt_, arrays_.point, barrier_.mu(), options_,
-                    factorizations_for_test(), arrays_.certificate);
-  kkt_.allow_factorizations(budget_.factorizations_of_steps());
-  budget_.tests += kkt_.factorizations() - before;
+  {
+    const Testing testing(limit_, kkt_);
+    finding = certify(canonical_, kkt_, arrays_.point, barrier_.mu(), options_,
+                      factorizations_for_test(), arrays_.certificate);
+  }
   const Point& certified = finding.point ? *finding.point : arrays_.point;
   const bool plateau = certificate.answer == InnerAnswer::BestNotUnique &&
                        is_on_plateau(*this, certified, finding.mu);
@@ -231,14 +248,14 @@ Index Search::factorizations_for_test() const {
   // Beside copies of y: what they stand for is maximized over all of y, at many times the cost.
   const bool small = kkt_.layout().dimension() <= parameters::kSmallSystem;
   if (small || canonical_.has_copies()) return parameters::test::kForSmallSystems;
-  const Index tests = budget_.tests;
+  const Index tests = limit_.tests;
   const Index others = kkt_.factorizations() - tests;
   return std::max(parameters::test::kFewestForTests,
                   others / parameters::test::kShareOfTests - tests);
 }
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
-  if (budget_.is_spent() || limit_.expired()) return false;
+  if (limit_.iterations_left() <= 0 || limit_.expired()) return false;
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for
   // the case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;

@@ -69,7 +69,7 @@ class Search : MethodContext {
   FirstOrderTest test_;
   SearchArrays& arrays_;
   StepReport step_;  ///< that led to arrays_.point, or failed there
-  std::optional<Deadline> deadline_;
+  Index ends_before_;
   Index runaway_iterations_ = 0;      ///< in a row
   Index met_at_ = -1;                 ///< the first iteration that met the tolerances
   int restored_when_acceptable_ = 0;  ///< restorations that began at an acceptable point

@@ -55,13 +55,12 @@ class Solve {
         purpose_(purpose),
         kept_(kept),
         arrays_(kept != nullptr ? kept->arrays : own_arrays_.emplace()),
-        limit_(shared),
-        budget_{.limit = options.max_iter},
+        limit_(shared, options.max_iter),
         canonical_(problem, options, counts_, timing_, &arrays_.canonical) {
     if (purpose == Purpose::Solution) {
-      if (const auto left = shared.factorizations_left()) budget_.factorizations = *left;
+      if (const auto left = shared.factorizations_left()) limit_.factorizations = *left;
     } else if (options.minmax_max_factorizations > 0) {
-      budget_.factorizations = options.minmax_max_factorizations;
+      limit_.factorizations = options.minmax_max_factorizations;
     }
   }
 
@@ -140,11 +139,10 @@ class Solve {
                          .arrays = &arrays_.kkt});
     correction_.emplace(*kkt_, options_, counts_);
     context_.emplace(
-        MethodContext{canonical_, *kkt_, *correction_, options_, limit_, budget_, counts_});
+        MethodContext{canonical_, *kkt_, *correction_, options_, limit_, counts_});
     observation_.emplace(observer_, *context_, [this](Result& result) { set_totals(result); });
     others_.emplace(*context_);
     arrays_.search.best.any = false;
-    kkt_->allow_factorizations(budget_.factorizations_of_steps());
   }
 
   bool analyze() {
@@ -212,7 +210,7 @@ class Solve {
     const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed ||
                        status == Status::InertiaCorrectionFailed ||
                        status == Status::NotLocalMinmax;
-    if (!stuck || rule_changed_ || !may_change_rule() || budget_.is_spent()) {
+    if (!stuck || rule_changed_ || !may_change_rule() || limit_.iterations_left() <= 0) {
       return std::nullopt;
     }
     SolverOptions cold = options_;
@@ -229,20 +227,20 @@ class Solve {
         std::string("no solution from here; trying again with mu_strategy ") +
         (options_.mu_strategy == BarrierStrategy::Adaptive ? "monotone" : "adaptive"));
     barrier_->begin_anew();
-    ++budget_.iteration;
+    ++limit_.iteration;
     return start;
   }
 
   std::optional<Start> next_start() {
     if (canonical_.max_size() == 0) return start_with_other_rule();
-    if (!makes_new_starts(options_) || budget_.is_spent()) return std::nullopt;
+    if (!makes_new_starts(options_) || limit_.iterations_left() <= 0) return std::nullopt;
     auto next = others_->next();
     if (!next) return std::nullopt;
     observation_->say("no local minmax found from here; new start " +
                       std::to_string(others_->drawn()) +
                       (next->rule == Start::Rule::AlgorithmOne ? ", by Algorithm 1" : ""));
     barrier_->begin_anew();
-    ++budget_.iteration;
+    ++limit_.iteration;
     return next;
   }
 
@@ -348,7 +346,7 @@ class Solve {
     arrays_.result.give_to(result);
     describe(canonical_, options_, outcome, result);
     arrays_.search.ended = std::move(outcome.point);
-    result.iterations = budget_.iteration;
+    result.iterations = limit_.iteration;
     if (result.message.empty()) result.message.assign(name_of(result.status));
     keep_work(result.status);
     set_totals(result);
@@ -429,7 +427,7 @@ class Solve {
 
   void set_totals(Result& result) const {
     result.counts = counts_;
-    result.counts.restoration_iterations = budget_.restoration;
+    result.counts.restoration_iterations = limit_.restoration;
     result.timing = timing_;
     result.factorizations = counts_.factorizations_full + counts_.factorizations_inner;
     set_seconds(limit_.stopwatch(), result);
@@ -445,8 +443,7 @@ class Solve {
   Timing timing_;
   std::optional<SolveArrays> own_arrays_;
   SolveArrays& arrays_;
-  TimeLimit limit_;
-  IterationBudget budget_;
+  SolveLimit limit_;
   CanonicalProblem canonical_;
   // What the searches work with.
   std::optional<KktSystem> kkt_;

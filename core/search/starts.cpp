@@ -34,7 +34,7 @@ bool evaluate_start(const MethodContext& context, const SolverOptions& options, 
 }
 
 std::optional<Start> OtherStarts::next() {
-  const Index iteration = budget_.iteration;
+  const Index iteration = limit_.iteration;
   if (drawn_ == 0) {
     first_iteration_ = iteration;
     const bool small = kkt_.layout().dimension() <= parameters::kSmallSystem;
@@ -52,8 +52,7 @@ std::optional<Start> OtherStarts::next() {
     // Undirected steps search a box well, and lead to infinity elsewhere.
     if (drawn_ % 2 != 0 && is_box(canonical_)) {
       start.rule = Start::Rule::AlgorithmOne;
-      start.deadline =
-          Deadline{iteration + restart::kIterationsOfAlgorithmOne, Status::NoLocalMinmaxFound};
+      start.ends_before = iteration + restart::kIterationsOfAlgorithmOne;
     }
     return start;
   }

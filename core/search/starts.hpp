@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -14,12 +15,6 @@ namespace ipminmax {
 [[nodiscard]] bool evaluate_start(const MethodContext& context, const SolverOptions& options,
                                   Point& point);
 
-/// An iteration before which a search ends, and how.
-struct Deadline {
-  Index iteration = 0;
-  Status status = Status::InternalError;
-};
-
 /// Where and how a search begins.
 struct Start {
   enum class Rule : std::uint8_t { Chosen, AlgorithmOne };
@@ -27,7 +22,8 @@ struct Start {
   Point point;
   StepKind how = StepKind::None;
   Rule rule = Rule::Chosen;
-  std::optional<Deadline> deadline{};
+  /// An iteration, at which no local minmax was found.
+  Index ends_before = std::numeric_limits<Index>::max();
 };
 
 /// The starting points of a solve after the model's own: random ones, every other one in a box for
