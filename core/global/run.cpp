@@ -11,7 +11,7 @@
 #include "core/proof/local_minmax.hpp"
 #include "core/robust.hpp"
 #include "core/robust/epigraph.hpp"
-#include "core/search/kept_work.hpp"
+#include "core/search/solve.hpp"
 #include "core/solver.hpp"
 
 // The door: every call makes one budget, and all that is solved behind it is given that one.

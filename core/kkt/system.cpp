@@ -1,5 +1,5 @@
 #include "core/kkt/system.hpp"
-#include "core/model/timer.hpp"
+#include "core/model/budget.hpp"
 
 namespace ipminmax {
 namespace {

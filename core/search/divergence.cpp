@@ -7,8 +7,8 @@
 #include "core/method/barrier.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 

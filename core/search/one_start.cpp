@@ -10,8 +10,8 @@
 #include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/random_starts.hpp"
 #include "core/search/solve.hpp"
+#include "core/search/starts.hpp"
 
 namespace ipminmax {
 namespace {

@@ -84,7 +84,8 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
 SearchOutcome Search::ended(Status status, std::string message) const {
   name_divergence(*this, arrays_.point, status, message);
   const bool limited = options_.minmax_max_factorizations > 0;
-  if (status == Status::MaxIterations && limited && limit_.iterations_left() > 0 && message.empty()) {
+  if (status == Status::MaxIterations && limited && limit_.iterations_left() > 0 &&
+      message.empty()) {
     message = "the factorizations that minmax_max_factorizations allows are used up";
   }
   SearchOutcome outcome{.status = status,

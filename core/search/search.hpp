@@ -6,7 +6,6 @@
 #include "core/certificate/certificate.hpp"
 #include "core/method/barrier_update.hpp"
 #include "core/method/step_method.hpp"
-#include "core/search/best_point.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/observation.hpp"
 #include "core/search/outcome.hpp"

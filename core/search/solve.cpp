@@ -1,5 +1,8 @@
+#include "core/search/solve.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -15,13 +18,13 @@
 #include "core/search/divergence.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/random_starts.hpp"
 #include "core/search/search.hpp"
-#include "core/search/solve.hpp"
+#include "core/search/starts.hpp"
 #include "core/violations.hpp"
 #include "linalg/solver_lost.hpp"
 
 namespace ipminmax {
+
 namespace {
 
 SearchOutcome better(const std::optional<SearchOutcome>& earlier, SearchOutcome later) {
@@ -138,8 +141,7 @@ class Solve {
                  KeptKkt{.analysis = kept_ && kept_->analysis ? &*kept_->analysis : nullptr,
                          .arrays = &arrays_.kkt});
     correction_.emplace(*kkt_, options_, counts_);
-    context_.emplace(
-        MethodContext{canonical_, *kkt_, *correction_, options_, limit_, counts_});
+    context_.emplace(MethodContext{canonical_, *kkt_, *correction_, options_, limit_, counts_});
     observation_.emplace(observer_, *context_, [this](Result& result) { set_totals(result); });
     others_.emplace(*context_);
     arrays_.search.best.any = false;
@@ -463,6 +465,33 @@ class Solve {
 };
 
 }  // namespace
+
+void KeptWork::forget() {
+  shape = {};
+  scaling.reset();
+  analysis.reset();
+  shifts = {};
+  structure_only = false;
+  hessian_pattern.reset();
+}
+
+bool KeptWork::fits(const ProblemStructure& s, const SolverOptions& options) {
+  const std::size_t n = s.variable_players.size();
+  const std::size_t m = s.constraint_players.size();
+  const bool complete = s.variable_lower.size() == n && s.variable_upper.size() == n &&
+                        s.constraint_lower.size() == m && s.constraint_upper.size() == m;
+  const bool same = complete && has_shape(s, options, shape);
+  // New ones instead of others in size: one of Eigen's is no more what it was when memory fails.
+  if (!same) arrays = {};
+  if (structure_only) {
+    if (complete && !analysis && !same) shape = shape_of(s, options);
+    return complete && (same || !analysis);
+  }
+  if (same) return true;
+  forget();
+  if (complete) shape = shape_of(s, options);
+  return true;
+}
 
 Result run_searches(Problem& problem, const SolverOptions& options, Budget& budget,
                     const SolveObserver& observer, KeptWork* kept) {
