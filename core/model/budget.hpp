@@ -51,8 +51,8 @@ class Stopwatch {
 /// Factorizations of K and K_yy that are kept for the second-order test where these are limited.
 inline constexpr Index kKeptForTest = 2;
 
-/// What all solves behind one call may use together: time, factorizations, the patience of the
-/// listener, memory. Made where the call comes in and passed down; nothing below makes another.
+/// What all solves behind one call may use together: time, factorizations, memory,
+/// until the listener says stop. Made where the call comes in and passed down; nothing below makes another.
 /// For any number of threads.
 class Budget : Uncopied {
  public:

@@ -9,7 +9,6 @@
 #include "core/model/indices.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/outcome.hpp"
 #include "core/search/solve.hpp"
 #include "core/search/starts.hpp"
 
@@ -150,18 +149,6 @@ struct OneStart {
 };
 
 }  // namespace
-
-bool is_final(Status status) {
-  return status == Status::InvalidProblem || status == Status::InvalidOption ||
-         status == Status::TooFewDegreesOfFreedom;
-}
-
-Result without_point(Status status, std::string message) {
-  Result result;
-  result.status = status;
-  result.message = std::move(message);
-  return result;
-}
 
 /// Also where the solver itself, or its answer, finds no memory.
 Result solve_from_start(Problem& problem, const SolverOptions& options, Budget& budget,

@@ -20,6 +20,18 @@ bool stopped_from_outside(Status status) {
          status == Status::MaxWallTime || status == Status::OutOfMemory;
 }
 
+bool is_final(Status status) {
+  return status == Status::InvalidProblem || status == Status::InvalidOption ||
+         status == Status::TooFewDegreesOfFreedom;
+}
+
+Result without_point(Status status, std::string message) {
+  Result result;
+  result.status = status;
+  result.message = std::move(message);
+  return result;
+}
+
 void set_seconds(const Stopwatch& stopwatch, Result& result) {
   result.seconds = result.timing.total = stopwatch.wall();
   result.cpu_seconds = stopwatch.cpu();

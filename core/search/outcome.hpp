@@ -34,6 +34,12 @@ struct SearchOutcome {
 /// By its user, a time limit or a lack of memory: nothing else is tried after it.
 [[nodiscard]] bool stopped_from_outside(Status status);
 
+/// No other starting point can change such an end.
+[[nodiscard]] bool is_final(Status status);
+
+/// A result without a point.
+[[nodiscard]] Result without_point(Status status, std::string message);
+
 /// Of the stopwatch.
 void set_seconds(const Stopwatch& stopwatch, Result& result);
 

@@ -45,7 +45,7 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       test_(canonical_, options_),
       arrays_(arrays),
       step_{.kind = start.how},
-      ends_before_(start.ends_before) {
+      last_iteration_(start.algorithm_one_until) {
   arrays_.point = arrays_.next = start.point;
   arrays_.best.see(rank_of(canonical_, options_, arrays_.point), arrays_.point, barrier_.mu(),
                    limit_.iteration);
@@ -54,11 +54,11 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
 SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
   for (;; ++limit_.iteration) {
     if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
-    drop_idle_multipliers(options_.tol);
+    zero_multipliers_of_feasibility(options_.tol);
 
     bool escaped = false;
-    if (const auto claim = test_.claim(arrays_.point)) {
-      Verdict verdict = judge(*claim);
+    if (const auto passed = test_.passed(arrays_.point)) {
+      Verdict verdict = judge(*passed);
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
@@ -69,7 +69,8 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
       return given_up(Status::MaxIterations);
     if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
-    if (limit_.iteration >= ends_before_) return ended(Status::NoLocalMinmaxFound);
+    if (last_iteration_ && limit_.iteration >= *last_iteration_)
+      return ended(Status::NoLocalMinmaxFound);
 
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
@@ -119,10 +120,10 @@ SearchOutcome Search::given_up(Status status, std::string message) {
 
 SearchOutcome Search::ended(Verdict&& verdict) const {
   SearchOutcome outcome = ended(verdict.status, std::move(verdict.message));
-  outcome.certificate = verdict.finding.certificate;
-  if (verdict.finding.point) {
-    outcome.point = std::move(*verdict.finding.point);
-    outcome.mu = verdict.finding.mu;
+  outcome.certificate = verdict.test.certificate;
+  if (verdict.test.point) {
+    outcome.point = std::move(*verdict.test.point);
+    outcome.mu = verdict.test.mu;
     measure_anew(canonical_, options_, outcome.point);
   }
   return outcome;
@@ -162,7 +163,7 @@ SearchOutcome Search::after_failed_step() {
   if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point)) {
     arrays_.point = arrays_.best.point;
   }
-  if (stuck) drop_idle_multipliers(options_.acceptable_tol);
+  if (stuck) zero_multipliers_of_feasibility(options_.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
   return given_up(*step_.failure, step_.message);
@@ -182,7 +183,7 @@ std::optional<Status> Search::limit_reached() {
   return std::nullopt;
 }
 
-void Search::drop_idle_multipliers(double tolerance) {
+void Search::zero_multipliers_of_feasibility(double tolerance) {
   // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
   const bool minimization = !has_max() || canonical_.is_constant();
   if (!minimization || arrays_.point.evaluation.c.size() == 0 ||
@@ -201,11 +202,11 @@ void Search::drop_idle_multipliers(double tolerance) {
   measure_anew(canonical_, options_, arrays_.point);
 }
 
-Search::Verdict Search::judge(Status claim) {
+Search::Verdict Search::judge(Status first_order) {
   barrier_.settle();
-  Verdict verdict{.status = claim, .finding = {}};
-  Finding& finding = verdict.finding;
-  Certificate& certificate = finding.certificate;
+  Verdict verdict{.status = first_order, .test = {}};
+  Finding& test = verdict.test;
+  Certificate& certificate = test.certificate;
   if (options_.minmax_certificate == CertificateEffort::None) {
     certificate.kind = PointKind::FirstOrderPoint;
     return verdict;
@@ -213,18 +214,18 @@ Search::Verdict Search::judge(Status claim) {
   const KktSystem::Counting counting(kkt_, FactorizationCause::Certificate);
   {
     const Testing testing(limit_, kkt_);
-    finding = certify(canonical_, kkt_, arrays_.point, barrier_.mu(), options_,
-                      factorizations_for_test(), arrays_.certificate);
+    test = certify(canonical_, kkt_, arrays_.point, barrier_.mu(), options_,
+                   factorizations_for_test(), arrays_.certificate);
   }
-  const Point& certified = finding.point ? *finding.point : arrays_.point;
-  const bool plateau = certificate.answer == InnerAnswer::BestNotUnique &&
-                       is_on_plateau(*this, certified, finding.mu);
+  const Point& certified = test.point ? *test.point : arrays_.point;
+  const bool plateau =
+      certificate.answer == InnerAnswer::BestNotUnique && is_on_plateau(*this, certified, test.mu);
   if (plateau) {
     certificate = {};
     certificate.kind = PointKind::FirstOrderPoint;
     certificate.second_order = SecondOrder::Undecided;
   }
-  if (certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
+  if (certificate.second_order != SecondOrder::Satisfied) test.point.reset();
   if (certificate.second_order == SecondOrder::Violated) {
     verdict.status = Status::NotLocalMinmax;
   } else if ((certificate.second_order == SecondOrder::Undecided ||
@@ -235,11 +236,9 @@ Search::Verdict Search::judge(Status claim) {
     if (plateau || runs_to_infinity(*this, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = kToInfinity;
-    } else if (certificate.hessian_disagrees) {
-      verdict.message = finding.remark;
-      if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;
-    } else if (claim == Status::Solved) {
-      verdict.status = Status::SolvedDegenerate;
+    } else {
+      if (certificate.hessian_disagrees) verdict.message = test.remark;
+      if (first_order == Status::Solved) verdict.status = Status::SolvedDegenerate;
     }
   }
   return verdict;
@@ -259,9 +258,9 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   if (limit_.iterations_left() <= 0 || limit_.expired()) return false;
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for
   // the case that nothing better comes.
-  const Certificate& found = verdict.finding.certificate;
+  const Certificate& found = verdict.test.certificate;
   if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
-  const std::optional<WrongCurvature>& wrong = verdict.finding.wrong;
+  const std::optional<WrongCurvature>& wrong = verdict.test.wrong;
   const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
                           (has_max() || wrong) && found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));

@@ -240,7 +240,7 @@ class Solve {
     if (!next) return std::nullopt;
     observation_->say("no local minmax found from here; new start " +
                       std::to_string(others_->drawn()) +
-                      (next->rule == Start::Rule::AlgorithmOne ? ", by Algorithm 1" : ""));
+                      (next->algorithm_one_until ? ", by Algorithm 1" : ""));
     barrier_->begin_anew();
     ++limit_.iteration;
     return next;
@@ -248,7 +248,7 @@ class Solve {
 
   StepMethod& method_for(const Start& start) {
     const bool is_first = start.how == StepKind::None;
-    if (start.rule == Start::Rule::Chosen && has_line_search()) {
+    if (!start.algorithm_one_until && has_line_search()) {
       return globalized_.emplace(*context_, restorer(), start.point, arrays_.method);
     }
     if (is_first && options_.minmax_freeze_tol > 0.0) {

@@ -59,10 +59,8 @@ std::optional<Start> OtherStarts::next() {
     if (!evaluate_start(*this, cold, point)) continue;
     Start start{.point = std::move(point), .how = StepKind::NewStart};
     // Undirected steps search a box well, and lead to infinity elsewhere.
-    if (drawn_ % 2 != 0 && is_box(canonical_)) {
-      start.rule = Start::Rule::AlgorithmOne;
-      start.ends_before = iteration + restart::kIterationsOfAlgorithmOne;
-    }
+    if (drawn_ % 2 != 0 && is_box(canonical_))
+      start.algorithm_one_until = iteration + restart::kIterationsOfAlgorithmOne;
     return start;
   }
   return std::nullopt;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,20 +19,17 @@
 namespace ipminmax {
 
 /// Evaluates and measures a starting point, of which v without slacks is given and for a warm start
-/// the multipliers: slacks, multipliers, functions and derivatives. A status: why that is
-/// impossible; CanonicalProblem::evaluation_error says more.
+/// the multipliers: slacks, multipliers, functions and derivatives. False: impossible, as
+/// CanonicalProblem::evaluation_error says.
 [[nodiscard]] bool evaluate_start(const MethodContext& context, const SolverOptions& options,
                                   Point& point);
 
 /// Where and how a search begins.
 struct Start {
-  enum class Rule : std::uint8_t { Chosen, AlgorithmOne };
-
   Point point;
   StepKind how = StepKind::None;
-  Rule rule = Rule::Chosen;
-  /// An iteration, at which no local minmax was found.
-  Index ends_before = std::numeric_limits<Index>::max();
+  /// By Algorithm 1, which then has failed at this iteration; empty: by the method of the options.
+  std::optional<Index> algorithm_one_until{};
 };
 
 /// The starting points of a solve after the model's own: random ones, every other one in a box for
