@@ -35,7 +35,7 @@
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/search/result_arrays.hpp"
+#include "core/search/outcome.hpp"
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 

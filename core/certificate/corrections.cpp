@@ -3,8 +3,8 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
 #include "core/point/step_length.hpp"
 #include "linalg/numbers.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/products.hpp"
+#include "core/model/iterate.hpp"
 #include "core/point/residual.hpp"
 #include "linalg/numbers.hpp"
 

@@ -5,8 +5,8 @@
 #include "core/certificate/trial.hpp"
 #include "core/method/curvature_escape.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

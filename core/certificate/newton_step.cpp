@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "core/certificate/trial.hpp"
-#include "core/model/products.hpp"
+#include "core/model/iterate.hpp"
 
 namespace ipminmax {
 

@@ -17,7 +17,7 @@
 #include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "linalg/numbers.hpp"
 
 // Of a game that is convex in x and concave in y,

@@ -9,7 +9,7 @@
 #include "core/model/indices.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

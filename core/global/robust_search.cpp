@@ -21,7 +21,7 @@
 #include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/workers.hpp"
 

@@ -15,7 +15,7 @@
 #include "core/robust/robust_scope.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "linalg/library_lock.hpp"
 #include "linalg/numbers.hpp"
 

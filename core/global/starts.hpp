@@ -19,7 +19,7 @@
 #include "core/model/budget.hpp"
 #include "core/parallel/ranks.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "linalg/inertia.hpp"
 
 namespace ipminmax {

@@ -1,6 +1,6 @@
 #include "core/kkt/system.hpp"
+#include "core/model/budget.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/timer.hpp"
 
 // Least-squares multipliers.
 

@@ -2,10 +2,10 @@
 #include <cmath>
 
 #include "core/kkt/system.hpp"
+#include "core/model/budget.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
-#include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"
 
 // Solutions with the factors of K and K_yy: elimination, refinement.

@@ -26,7 +26,7 @@ class BarrierUpdate : MethodContext {
   /// one than before.
   [[nodiscard]] bool update(const Point& point, const StepReport& last) {
     // Algorithm 1 decreases b after a step, so not before the first.
-    if (options_.minmax_barrier_rule == BarrierRule::Paper && budget_.iteration == 0) {
+    if (options_.minmax_barrier_rule == BarrierRule::Paper && limit_.iteration == 0) {
       return false;
     }
     const double before = mu_;

@@ -73,7 +73,7 @@ Filter::Verdict correct_to_second_order(Block& block, const Test& test, double s
 ///                                 rejected the one before
 ///   complete()                    derivatives at the trial point; false: undefined
 template <class Block>
-SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, TimeLimit& limit) {
+SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, SolveLimit& limit) {
   SearchEnd end;
   bool dominated = false;  // the last trial: by the filter alone
   StepLength alpha = line.longest;

@@ -487,11 +487,11 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     Point& restored = outer_.trial;
     restored.iterate = from.iterate;
     restored.evaluation = from.evaluation;
-    const Index granted = budget_.left_to_restore();
+    const Index granted = limit_.left_to_restore();
     Index left = granted;
     const auto outcome =
         restore_feasibility(canonical_, options_, run.mu, acceptable, restorer_, restored, left);
-    budget_.restoration += granted - left;
+    limit_.restoration += granted - left;
     switch (outcome) {
       case RestorationOutcome::Restored:
         return begin_at_restored(run);

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,7 +11,6 @@
 #include "core/kkt/system.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
-#include "core/model/parameters.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
 #include "core/point/step_length.hpp"
@@ -63,35 +60,13 @@ struct StepReport {
   }
 };
 
-/// What a solve may spend, and has: iterations of all its searches together and of restorations.
-struct IterationBudget {
-  Index limit = 0;
-  Index iteration = 0;    ///< done, of searches
-  Index restoration = 0;  ///< done, of restorations
-  Index tests = 0;        ///< factorizations of K and K_yy by second-order tests
-  Index factorizations = std::numeric_limits<Index>::max();  ///< allowed, restorations included
-
-  /// What steps may spend of them: some are kept for the second-order test.
-  [[nodiscard]] Index factorizations_of_steps() const {
-    const bool limited = factorizations < std::numeric_limits<Index>::max();
-    return limited ? std::max<Index>(0, factorizations - parameters::kKeptForTest) : factorizations;
-  }
-
-  [[nodiscard]] bool is_spent() const { return iteration + restoration >= limit; }
-  /// For a restoration: the step back counts, too.
-  [[nodiscard]] Index left_to_restore() const {
-    return std::max<Index>(0, limit - iteration - 1 - restoration);
-  }
-};
-
 /// What the parts of a method, which derive from it, work with; one for all searches of a solve.
 struct MethodContext {
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
-  TimeLimit& limit_;
-  IterationBudget& budget_;
+  SolveLimit& limit_;
   Counts& counts_;
 
   /// Else it is a minimization.

@@ -22,7 +22,7 @@
 
 namespace ipminmax {
 
-class TimeLimit;
+class SolveLimit;
 
 /// Factors of a gradient-based scaling with the options that they were made with.
 struct GradientScaling {
@@ -70,7 +70,7 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   /// that goes with it is error_status(). kept: the scaling of a problem of the same shape, to be
   /// used instead of a new one; null for none. limit: asked between the steps; null for none.
   [[nodiscard]] std::string build(const GradientScaling* kept = nullptr,
-                                  TimeLimit* limit = nullptr);
+                                  SolveLimit* limit = nullptr);
   /// The gradient-based scaling, where that is the method and no kept one was used.
   [[nodiscard]] const std::optional<GradientScaling>& gradient_scaling() const {
     return gradient_scaling_;

@@ -550,7 +550,7 @@ TEST(KktSystemTest, LaysNothingOutOnceTimeIsOver) {
   RandomSystem s({}, 8);
   s.options.max_wall_time = 1e-9;
   Budget budget(s.options);
-  TimeLimit limit(budget);
+  SolveLimit limit(budget);
   const KktAnalysis late = KktSystem(s.canonical, s.options, s.counts, s.timing, &limit).analysis();
   EXPECT_EQ(late.full_pattern->zero.dimension(), 0);
   EXPECT_EQ(late.inner_pattern->zero.dimension(), 0);
@@ -852,7 +852,7 @@ TEST(KktFactorizations, AskForNoMoreWorkspaceWhenTimeIsUp) {
   ASSERT_TRUE(canonical.second_derivatives(iterate.v, iterate.lambda, evaluation));
   Budget budget(options);
   for (const bool expired : {false, true}) {
-    TimeLimit limit(budget);
+    SolveLimit limit(budget);
     KktSystem kkt(canonical, options, counts, timing, &limit);
     ASSERT_TRUE(kkt.analyze());
     if (expired) limit.exceed(Status::MaxCpuTime);
