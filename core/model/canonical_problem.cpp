@@ -121,7 +121,7 @@ std::string CanonicalProblem::scale(const GradientScaling* kept) {
                       kept->constraints.size() == row_scale_.size();
     if (!fits) {
       if (auto error = gradient_based_scaling(); !error.empty()) return error;
-      kept = &*gradient_scaling_;
+      kept = &gradient_scaling_;
     }
     objective_scale_ *= kept->objective;
     row_scale_ = kept->constraints;
@@ -464,7 +464,8 @@ std::string CanonicalProblem::scale_gradients() {
     const double scale = variable_scale(map_.variable_of_model[i]);
     norm = std::max(norm, std::abs(model_gradient_[i]) / scale);
   }
-  Array<double> row_norm(row_scale_.size(), 0.0);
+  Array<double>& row_norm = gradient_scaling_.constraints;
+  row_norm.assign(row_scale_.size(), 0.0);
   if (constraints() > 0 && !model_g_.empty()) {
     ++counts_.jacobian;
     if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
@@ -484,10 +485,10 @@ std::string CanonicalProblem::scale_gradients() {
         row_norm[map_.jacobian[k].row], std::abs(value) / variable_scale(map_.jacobian[k].col));
   }
   for (double& scale : row_norm) scale = factor(scale);
-  gradient_scaling_ = {.objective = factor(norm),
-                       .constraints = std::move(row_norm),
-                       .largest_gradient = largest,
-                       .least_factor = options_.nlp_scaling_min_value};
+  gradient_scaling_.objective = factor(norm);
+  gradient_scaling_.largest_gradient = largest;
+  gradient_scaling_.least_factor = options_.nlp_scaling_min_value;
+  makes_scaling_ = true;
   return {};
 }
 

@@ -96,7 +96,7 @@ class Solve {
       return without_point(Status::InvalidOption, std::move(error));
     }
     if (kept_ && !kept_->fits(problem_.structure(), options_)) kept_ = nullptr;
-    const bool is_scaled = kept_ && kept_->scaling;
+    const bool is_scaled = kept_ && kept_->scaling && keeps_numbers();
     if (auto error = canonical_.build(is_scaled ? &*kept_->scaling : nullptr, &limit_);
         !error.empty()) {
       return limit_.exceeded() ? at_start() : without_point(canonical_.error_status(), error);
@@ -147,13 +147,17 @@ class Solve {
     arrays_.search.best.any = false;
   }
 
+  /// Whether the scaling and the shifts of the last solve are taken up: from a start that is not
+  /// near its solution the answer is that of a solve by itself.
+  [[nodiscard]] bool keeps_numbers() const { return options_.warm_start_init_point; }
+
   bool analyze() {
     if (!kkt_->analyze()) return false;
     if (!kept_) return true;
     // Before any factorization, so that every search begins with the same solvers in the same
     // places.
     if (kept_->structure_only && !kept_->analysis) kept_->analysis = kkt_->analysis();
-    if (options_.minmax_warm_start_shifts) correction_->remember(kept_->shifts);
+    if (options_.minmax_warm_start_shifts && keeps_numbers()) correction_->remember(kept_->shifts);
     return true;
   }
 
@@ -422,7 +426,7 @@ class Solve {
       return;
     }
     if (options_.nlp_scaling_method != Scaling::GradientBased) kept_->scaling.reset();
-    if (canonical_.gradient_scaling()) kept_->scaling = canonical_.gradient_scaling();
+    if (const auto* scaling = canonical_.gradient_scaling()) kept_->scaling = *scaling;
     kept_->analysis = kkt_->analysis();
     kept_->shifts = is_success(status) ? correction_->memory() : ShiftMemory{};
   }
