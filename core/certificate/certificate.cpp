@@ -57,9 +57,9 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
     const KktFactors& last = trial.test.inner ? c.kkt.factors() : c.kkt.inner_factors();
     return last.status == FactorizationStatus::Singular ? FirstLook::Unclear : FirstLook::Wrong;
   }
-  if (!(trial.test.response() <= kIndependent)) return FirstLook::Unclear;
+  if (!(trial.test.inverse_norm() <= kIndependent)) return FirstLook::Unclear;
   constexpr double kAccuracy = 1e-4;  // of the Newton step
-  const double share = kAccuracy / std::max(1.0, trial.test.full_response);
+  const double share = kAccuracy / std::max(1.0, trial.test.full_inverse_norm);
   // Two references: more would be an allocation of std::function.
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return system.kkt.solve_unshifted(system.assembled(), rhs, step, {.ratio = share});
@@ -149,9 +149,9 @@ std::string disagreement(const CanonicalProblem& canonical, const Deviation& fou
 /// The certificate of a verdict about a trial.
 Certificate write(TestContext& c, const TrialPoint& trial, SecondOrder verdict, bool disagrees) {
   const auto independent = [&](Player player) {
-    const double response = trial.test.response();
+    const double inverse_norm = trial.test.inverse_norm();
     if (trial.dependences) return trial.dependences->independent(c.canonical, player);
-    return c.canonical.constraints() == 0 || (trial.test.both() && response <= kIndependent);
+    return c.canonical.constraints() == 0 || (trial.test.both() && inverse_norm <= kIndependent);
   };
   Certificate found;
   found.second_order = verdict;

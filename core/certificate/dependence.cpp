@@ -74,7 +74,7 @@ struct DependenceSearch {
       if (system.counts(j)) curvature[slack] = kRigid;
     });
     system.kkt.assemble(rows, curvature, system.left_out());
-    return system.kkt.factorize_for_solutions({.lambda_x = kRelaxation, .lambda_y = kRelaxation})
+    return system.kkt.factorize_for_solutions({.lambda_x = kDualShift, .lambda_y = kDualShift})
                .status == FactorizationStatus::Ok;
   }
 
@@ -112,7 +112,7 @@ struct DependenceSearch {
       orthogonalize();
       const double norm = w.norm();
       constexpr double kLeastGrowth = 1e-4;  // over that of a null vector
-      if (!std::isfinite(norm) || norm * kRelaxation < kLeastGrowth * before) return false;
+      if (!std::isfinite(norm) || norm * kDualShift < kLeastGrowth * before) return false;
       w /= norm;
     }
     // Short but not zero, as the states of long or unstable trajectories make it: each step has

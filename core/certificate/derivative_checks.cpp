@@ -123,12 +123,12 @@ struct CornerCheck {
   }
 
   /// The first direction goes far in every other variable, the second one in those between.
-  void step_inside(bool of_max, int turn) const {
+  void step_inside(bool of_max, int number) const {
     constexpr double kShort = 0.05;
     Vector &step = arrays.step, &longest = arrays.longest;
     step.setZero(canonical.variables());
     longest.setZero(canonical.constraints());
-    const auto next = [&] { return turn++ % 2 == 0 ? 1.0 : kShort; };
+    const auto next = [&] { return number++ % 2 == 0 ? 1.0 : kShort; };
     for (const Index i : each_variable(canonical)) {
       if (is_active(i) && !is_slack(canonical, i) && canonical.owned_by_max(i) == of_max)
         step[i] = -set.side_of(i) * reach(i) * next();
@@ -150,8 +150,8 @@ struct CornerCheck {
     });
   }
 
-  Index lost_along(bool of_max, int turn) const {
-    step_inside(of_max, turn);
+  Index lost_along(bool of_max, int number) const {
+    step_inside(of_max, number);
     Evaluation& scratch = c.arrays.newton.there;
     const Vector &step = arrays.step, &balanced = arrays.balanced;
     if (step.isZero(0.0)) return -1;
@@ -239,8 +239,8 @@ Index multiplier_lost_inside(TestContext& c, const TrialPoint& trial, const Poin
   const bool x = !check.has_free_variable(false), y = !check.has_free_variable(true);
   if (x || y) check.balance();
   for (const bool of_max : {true, false}) {
-    for (int turn = 0; turn < 2 && (of_max ? y : x); ++turn) {
-      const Index lost = check.lost_along(of_max, turn);
+    for (int number = 0; number < 2 && (of_max ? y : x); ++number) {
+      const Index lost = check.lost_along(of_max, number);
       if (lost >= 0) return lost;
     }
   }
