@@ -30,8 +30,8 @@ enum class BoundClass : std::uint8_t { Inactive, WeaklyActive, Active };
 
 /// One class per canonical variable; a slack stands for its inequality. If a variable has two
 /// bounds, the more active one counts. Words for what the test takes out of its system: a variable
-/// is fixed at an active bound, and held (with side 0) where the test itself fixes it; a row is left
-/// out because it is redundant or because its copies are held (held_rows).
+/// is fixed at an active bound, and held (with side 0) where the test itself fixes it. A row is
+/// left out because it is redundant or because its copies are held (held_rows).
 struct ActiveBounds {
   std::vector<BoundClass> of;
   std::vector<std::int8_t> side;  ///< -1: of the lower bound, +1: of the upper one, 0: none

@@ -28,9 +28,9 @@
 //     wrong.
 //
 //  3. correct_and_test (corrections), the degenerate test: the same at other points, with pivoting.
-//     If the active set is not clear, the set by z / s alone is tried first. If the set is not clear
-//     or the solution far, the trials start after following the path. If a trial does not pass, the
-//     first correction of this table that applies changes it:
+//     If the active set is not clear, the set by z / s alone is tried first. If the set is not
+//     clear or the solution far, the trials start after following the path. If a trial does not
+//     pass, the first correction of this table that applies changes it:
 //       release_bounds       that the Newton step shows to be inactive
 //       leave_out_rows       that are redundant (dependence)
 //       hold_unread          a variable of each step of x that the model does not read
@@ -130,15 +130,11 @@ struct Finding {
 };
 
 /// Direction of little curvature of both matrices, by two inverse iterations each, and an upper
-/// estimate of the least curvature, scaled.
+/// estimate of the least curvature, scaled; with work arrays, kept from call to call.
 struct LittleCurvature {
   Vector direction;  ///< canonical lengths; with a generic part, so that errors of all rows show
   double least = 1.0;
   Index variable = -1;  ///< canonical, the one that moves most along the least; -1: no factors
-};
-/// Work arrays of the following functions, kept from call to call.
-struct CurvatureArrays {
-  LittleCurvature found;
   NewtonResidual rhs;
   Step solution;
   Vector step;
@@ -158,7 +154,7 @@ struct CertificateArrays {
   TrialPoint trial;  ///< of the first look
   ActiveSetArrays system;
   NewtonArrays newton;
-  CurvatureArrays curvature;
+  LittleCurvature curvature;
   CornerArrays corner;
 };
 
@@ -167,8 +163,8 @@ struct CertificateArrays {
 /// hypotheses and how they are checked see docs/algorithm.md, "Second-order test".
 ///
 /// point: with f, c, first and second derivatives and the dual residual at the iterate.
-/// factorizations: how many an undecided point may cost, plus kToConfirm; refutation and robust rows
-/// have no limit.
+/// factorizations: how many an undecided point may cost, with kToConfirm more. A refutation and the
+/// test of robust rows are not limited.
 /// options.minmax_certificate: Full or Quick. The KKT matrices keep the certificate's values.
 [[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
                               double mu, const SolverOptions& options, Index factorizations,

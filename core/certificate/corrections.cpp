@@ -169,8 +169,8 @@ void look_for_dependences(TestContext& c, TrialPoint& here, ActiveSetSystem& sys
 bool independent_or_harmless(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
   const double inverse_norm = here.test.inverse_norm();
   if (inverse_norm <= kIndependent || c.canonical.constraints() == 0) return true;
-  // The test that has passed holds without redundant rows, too. If they are found only now, they are
-  // left out from now on, so that rows_are_left_out knows them.
+  // The test that has passed holds without redundant rows, too. If they are found only now, they
+  // are left out from now on, so that rows_are_left_out knows them.
   const bool known = here.dependences.has_value();
   look_for_dependences(c, here, system);
   if (c.canonical.max_constraints().size() == 0) return true;
@@ -281,7 +281,7 @@ bool allow_other_answers(TestContext& c, TrialPoint& next) {
 struct Correction {
   bool (*applies)(TestContext& c, const TrialPoint& here);
   bool (*change)(TestContext& c, TrialPoint& next);  ///< false: it changes nothing
-  /// The trial goes back to the start: the first point, or the end of the path if that was followed.
+  /// The trial goes back to the start: the first point, or the end of the path if it was followed.
   bool restarts = false;
 };
 
@@ -330,7 +330,7 @@ bool reports_solution(TestContext& c, TrialPoint& trial) {
 SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
   c.reasons.add_weakly_active(trial.set);
   if (!reported || (trial.moved && !c.evaluate_objective(*trial.moved))) {
-    c.reasons.add(Kind::NotIsolated, Player::Min,
+    c.reasons.add(Kind::NotIsolated,
                   "the solution near by is farther than the point's accuracy allows");
     return SecondOrder::Undecided;
   }
@@ -424,7 +424,7 @@ std::optional<TrialPoint> with_guessed_set(TestContext& c) {
 SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
   const auto undefined = [&] {
     c.reasons.add(
-        Kind::NotIsolated, Player::Min,
+        Kind::NotIsolated,
         "the model is undefined next to here: where active bounds are held, or at the end "
         "of a Newton step");
     return SecondOrder::Undecided;

@@ -114,8 +114,8 @@ struct ActiveSetNewton {
   }
 
   /// What bounds are relaxed by must not be what decides. A linear prediction of multipliers and
-  /// distances if all bounds are moved back by their relaxation: those of active bounds and of Max's
-  /// inactive ones have to keep half of what they are.
+  /// distances if all bounds are moved back by their relaxation: those of active bounds and of
+  /// Max's inactive ones have to keep half of what they are.
   void look_at_model_bounds() {
     Vector &back = work.fixed, &outside = work.row_v, &curvature = work.change_v;
     for (Vector* v : {&back, &outside, &curvature}) v->setZero(canonical.variables());
@@ -247,8 +247,8 @@ struct ActiveSetNewton {
   }
 
   /// If a step is nothing but rounding, here and the end of the probe step may be on one side of
-  /// where W jumps: W is compared on the other side of the end as well. A model that is undefined there has
-  /// no other W.
+  /// where W jumps: W is compared on the other side of the end as well. A model that is undefined
+  /// there has no other W.
   void look_at_other_side() {
     bool is_there = false;
     for (const Index i : indices(work.probe)) {
@@ -275,8 +275,8 @@ struct ActiveSetNewton {
     add_row_sums(canonical, work.counted, scaling.variable, test.error);
   }
 
-  /// Their values at the end of the probe step, where they are not what their gradients predict. A weakly
-  /// active one is violated by no more than it is satisfied now.
+  /// Their values at the end of the probe step, where they are not what their gradients predict. A
+  /// weakly active one is violated by no more than it is satisfied now.
   void look_at_inequalities() {
     Vector& change = work.change_v;
     change.setZero(canonical.variables());

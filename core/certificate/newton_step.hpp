@@ -14,8 +14,8 @@ struct NewtonTest {
   /// Bounds to be released: weakly active ones of Max whose multiplier becomes negative, and those
   /// whose multiplier only comes from bound_relax_factor.
   std::vector<Index> released;
-  /// Contraction rate: the simplified Newton step (same matrix) from the end of the probe step, over
-  /// the probe step, over 1 + kContraction. Accepted up to kContraction (it is 1/4 for x^3 at 0).
+  /// Contraction rate: the simplified Newton step (same matrix) from the end of the probe step,
+  /// over the probe step, over 1 + kContraction. Accepted up to kContraction (for x^3 at 0: 1/4).
   double contraction = 0.0;
   Index changing = -1;  ///< bound whose class changes, if one does
   Index left_in = -1;   ///< variable that the simplified Newton step moves most

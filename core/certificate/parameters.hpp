@@ -30,8 +30,8 @@ constexpr double kTau = 0.995;  ///< fraction to the boundary
 
 // --- The Newton step to the solution -------------------------------------------------------------
 
-/// Largest ratio of the simplified Newton step to the step tried at which Newton's method counts as converging. For
-/// x^3 at 0 it is 1/4; below it quadratic convergence is near.
+/// Largest ratio of the simplified Newton step to the step tried at which Newton's method counts as
+/// converging. For x^3 at 0 it is 1/4; below it quadratic convergence is near.
 constexpr double kContraction = 0.1;
 /// Share of the way to an active bound that a step goes: models may be undefined on it.
 constexpr double kShareOfWay = 0.99;

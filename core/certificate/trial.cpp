@@ -86,34 +86,23 @@ InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error, doub
   return test;
 }
 
-namespace {
-
-/// An iterate on the way of the test's Newton steps, with multipliers of open bounds that are
-/// mu / s.
-Iterate solution_of(const CanonicalProblem& canonical, const TrialPoint& trial, Iterate end,
-                    double mu) {
-  // Weakly active ones of Max are in the equations, with multipliers of their own.
-  const auto in_equations = [&](Index i) {
-    return trial.set[i] == BoundClass::Active ||
-           (trial.set[i] == BoundClass::WeaklyActive && canonical.owned_by_max(i));
-  };
-  for_each_bound(canonical, end.v, [&](Index i, int side, double distance) {
-    const bool open = !in_equations(i) || trial.set.side_of(i) != side;
-    if (open && distance > 0.0) multiplier_of(end, i, side) = mu / distance;
-  });
-  for_each_slack(canonical, [&](Index j, Index slack) {
-    if (!in_equations(slack))
-      end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
-  });
-  return end;
-}
-
-}  // namespace
-
 double move_to(TestContext& c, TrialPoint& trial, const Iterate& reached, double mu,
                double allowed) {
   Point end = trial.point;
-  end.iterate = solution_of(c.canonical, trial, reached, mu);
+  Iterate& z = end.iterate = reached;
+  // Weakly active ones of Max are in the equations, with multipliers of their own.
+  const auto in_equations = [&](Index i) {
+    return trial.set[i] == BoundClass::Active ||
+           (trial.set[i] == BoundClass::WeaklyActive && c.canonical.owned_by_max(i));
+  };
+  for_each_bound(c.canonical, z.v, [&](Index i, int side, double distance) {
+    const bool open = !in_equations(i) || trial.set.side_of(i) != side;
+    if (open && distance > 0.0) multiplier_of(z, i, side) = mu / distance;
+  });
+  for_each_slack(c.canonical, [&](Index j, Index slack) {
+    if (!in_equations(slack))
+      z.lambda[j] = c.canonical.sign(slack) * (z.z_upper[slack] - z.z_lower[slack]);
+  });
   const double error = c.evaluate(end) ? c.error(end) : kInfinity;
   if (!(error <= allowed)) return error;
   trial.moved = std::move(end);
