@@ -213,8 +213,8 @@ struct DirectionSearch {
       const auto is_right = [&] {
         return right_with({.x = inner ? 0.0 : shift,
                            .y = inner ? shift : 0.0,
-                           .lambda_x = kRelaxation,
-                           .lambda_y = kRelaxation});
+                           .lambda_x = kDualShift,
+                           .lambda_y = kDualShift});
       };
       constexpr int kMostShifts = 16, kIterations = 16;
       constexpr double kLeastGrowth = 1e-3;  // over that of a vanishing eigenvalue
