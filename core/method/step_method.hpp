@@ -16,7 +16,6 @@
 #include "core/model/parameters.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
-#include "core/point/step_length.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
@@ -38,7 +37,7 @@ enum class StepKind : char {
   Soft = 'r',
   Restoration = 'R',
   Joint = 'j',
-  Leap = 'l',
+  UntestedFull = 'l',
   Escape = 'e',
   Watchdog = 'W',
   Instability = 'i',  ///< line 7 of Algorithm 1 raised delta_x

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/method/first_multipliers.hpp"
+#include "core/kkt/system.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/search/random_starts.hpp"

@@ -11,7 +11,7 @@
 
 #include <support/dense_algebra.hpp>
 
-#include "core/kkt/layout.hpp"
+#include "core/kkt/block.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
