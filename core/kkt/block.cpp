@@ -34,18 +34,6 @@ Inertia KktLayout::with_slacks_inner(Inertia reduced) const {
   return {reduced.positive, reduced.negative + y_slacks, reduced.zero};
 }
 
-std::vector<std::int8_t> KktLayout::signs() const {
-  std::vector<std::int8_t> signs(at(dimension()));
-  const auto set = [&](IndexRange range, std::int8_t sign) {
-    std::fill(signs.begin() + range.begin, signs.begin() + range.end, sign);
-  };
-  set(x, 1);
-  set(y, -1);
-  set(lambda_x, -1);
-  set(lambda_y, 1);
-  return signs;
-}
-
 SymmetricSolverOptions solver_options(const SolverOptions& options) {
   return {.ordering = options.minmax_ordering,
           .ldlt_gamma = options.minmax_ldlt_gamma,
@@ -109,21 +97,20 @@ KktPattern::KktPattern(KktPart which, const CanonicalProblem& canonical, const K
   constraints = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
 
   signs.resize(at(dimension));
-  const auto all_signs = layout.signs();
   const auto number = [&](std::vector<Index>& rows, std::vector<Run>& runs, IndexRange range,
-                          Index full_row, Index row) {
+                          Index row, std::int8_t sign) {
     runs.push_back({.first = range.begin, .row = row, .size = range.size()});
     std::iota(rows.begin() + range.begin, rows.begin() + range.end, row);
-    std::copy_n(all_signs.begin() + full_row, range.size(), signs.begin() + row);
+    std::fill_n(signs.begin() + row, range.size(), sign);
   };
   if (full) {
-    number(row_of_variable, variable_runs, canonical.x(), layout.x.begin, layout.x.begin);
+    number(row_of_variable, variable_runs, canonical.x(), layout.x.begin, 1);
     number(row_of_constraint, constraint_runs, canonical.min_constraints(), layout.lambda_x.begin,
-           layout.lambda_x.begin);
+           -1);
   }
-  number(row_of_variable, variable_runs, canonical.y(), layout.y.begin, full ? layout.y.begin : 0);
-  number(row_of_constraint, constraint_runs, canonical.max_constraints(), layout.lambda_y.begin,
-         full ? layout.lambda_y.begin : layout.y.size());
+  number(row_of_variable, variable_runs, canonical.y(), full ? layout.y.begin : 0, -1);
+  number(row_of_constraint, constraint_runs, canonical.max_constraints(),
+         full ? layout.lambda_y.begin : layout.y.size(), 1);
 
   std::vector<Triplet> entries;
   entries.reserve(canonical.hessian().size() + canonical.jacobian().size());

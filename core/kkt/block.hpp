@@ -21,7 +21,7 @@
 
 namespace ipminmax {
 
-/// Offsets, signs and expected inertias of the KKT matrix, the only place that knows them.
+/// Offsets and expected inertias of the KKT matrix; with KktPattern the only place that knows them.
 ///
 ///     | W_xx + S_x + d_x I   W_xy                 J_x'        J_yx'      |  x
 ///     | W_yx                 W_yy - S_y - d_y I   0           J_yy'      |  y
@@ -47,9 +47,6 @@ struct KktLayout {
   /// are S_x > 0 and -S_y < 0.
   [[nodiscard]] Inertia with_slacks(Inertia reduced) const;
   [[nodiscard]] Inertia with_slacks_inner(Inertia reduced) const;
-
-  /// Expected sign of the pivot of each row of K: x +, y -, lambda_x -, lambda_y +.
-  [[nodiscard]] std::vector<std::int8_t> signs() const;
 };
 
 /// Shifts of the diagonal of the KKT matrix (the paper's E(z)): + x and - y on the players'
@@ -122,9 +119,9 @@ struct KktPattern {
     Index first, row, size;
   };
   std::vector<Run> variable_runs, constraint_runs;
-  Array<Index> row_of_variable, row_of_constraint;       ///< -1: not in this block
-  std::vector<std::int8_t> signs;                        ///< expected, of each pivot
-  SymmetricMatrix zero;                                  ///< with these entries
+  Array<Index> row_of_variable, row_of_constraint;  ///< -1: not in this block
+  std::vector<std::int8_t> signs;  ///< expected, of each pivot: x +, y -, lambda_x -, lambda_y +
+  SymmetricMatrix zero;            ///< with these entries
   std::vector<Index> hessian_entries, jacobian_entries;  ///< triplets that lie in the block
   std::vector<Index> positions;  ///< their places in the matrix, the Hessian's first
 };
