@@ -349,12 +349,6 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
       (slack >= 0 ? out.copies_gain : out.gain) += gain;
     }
   }
-
-  void move(const Point& from, const Step& step, StepLength alpha, double mu, Point& to) const {
-    to.iterate = from.iterate;
-    advance(canonical_, step, alpha, to.iterate, InequalityLength::Dual);
-    clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
-  }
 };
 
 /// What an inner Newton step may still promise to gain where phi is estimated: that share, but less
@@ -499,11 +493,7 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
   }
 
   void set_trial(const Point& from, const Step& along, StepLength alpha, double mu) {
-    trial.iterate = from.iterate;
-    // Minimizations go as Ipopt's do.
-    advance(canonical_, along, alpha, trial.iterate,
-            has_max() ? InequalityLength::Dual : InequalityLength::Primal);
-    clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, trial.iterate);
+    move(from, along, alpha, mu, trial);
   }
 
   /// Merit of the trial point, its inner maximum first where there are Max variables: it must keep

@@ -95,6 +95,13 @@ struct MethodContext {
 
   /// Else it is a minimization.
   [[nodiscard]] bool has_max() const { return canonical_.max_size() > 0; }
+  /// to: from moved along the step, in a minimization as Ipopt's; its functions are the caller's.
+  void move(const Point& from, const Step& step, StepLength alpha, double mu, Point& to) const {
+    to.iterate = from.iterate;
+    advance(canonical_, step, alpha, to.iterate,
+            has_max() ? InequalityLength::Dual : InequalityLength::Primal);
+    clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
+  }
 };
 
 /// A rule that leads from point to point. Points given have functions, derivatives and dual
