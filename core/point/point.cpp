@@ -299,7 +299,6 @@ bool moves(const CanonicalProblem& canonical, const Iterate& iterate, const Step
          std::ranges::any_of(canonical.upper_bounded(), upper);
 }
 
-
 /// Multipliers of copies are weight times their row's own, and so are their steps: they grow as it
 /// does; see row_jacobian. Copies come behind the slacks of the rows that they serve.
 void advance_multipliers(const CanonicalProblem& canonical, const Step& step, StepLength alpha,

@@ -315,7 +315,7 @@ class BranchAndBound {
         function_(function),
         known_{domain, values, best.value, 0.0, {}},
         bounders_(function.is_concurrent() ? at(std::max<Index>(effort.threads, 1)) : 1,
-                   PartBounder(function)) {
+                  PartBounder(function)) {
     if (!best.y.empty()) known_.multipliers.emplace(function_, domain, values.rows, best.y);
   }
 

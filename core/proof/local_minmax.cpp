@@ -114,8 +114,8 @@ class Equations {
 
  private:
   void evaluate_along(const std::vector<std::size_t>& along,
-                  const std::vector<std::pair<std::size_t, Interval>>& moving,
-                  const std::vector<Interval>& w, Values& values) {
+                      const std::vector<std::pair<std::size_t, Interval>>& moving,
+                      const std::vector<Interval>& w, Values& values) {
     for (const auto d : indices(along)) {
       const auto& [variable, value] = moving[along[d]];
       v_[variable] = {value, d, along.size()};
