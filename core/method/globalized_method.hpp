@@ -239,12 +239,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     if (max_norm(outer_.step.v) > parameters::kLongStep * (1.0 + max_norm(from.iterate.v)))
       return false;
     const StepLength alpha = outer_.longest_step(from, mu);
+    if (!go_along_step(run, alpha)) return false;
     Point& trial = outer_.trial;
-    outer_.set_trial(from, outer_.step, alpha, mu);
-    ++run.report.trials;
-    if (!evaluate_values(canonical_, trial) || !evaluate_first_derivatives(canonical_, trial)) {
-      return false;
-    }
     const double after = outer_.norm_error(trial, mu);
     if (!contracts(before, after) || !evaluate_second_derivatives(canonical_, trial)) {
       return false;
@@ -453,18 +449,13 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     const Point& from = *run.here;
     const StepLength alpha = outer_.longest_step(from, run.mu);
     const double both = std::min(alpha.primal, alpha.dual);
-    Point& trial = outer_.trial;
-    outer_.set_trial(from, outer_.step, {both, both}, run.mu);
-    ++run.report.trials;
-    if (!evaluate_values(canonical_, trial) || !evaluate_first_derivatives(canonical_, trial)) {
+    if (!go_along_step(run, {both, both}) ||
+        !(outer_.norm_error(outer_.trial, run.mu) <=
+          parameters::kSoftContraction * outer_.norm_error(from, run.mu)) ||
+        !evaluate_second_derivatives(canonical_, outer_.trial) ||
+        (has_max() && !outer_.find_trial_direction(run.mu))) {
       return false;
     }
-    if (!(outer_.norm_error(trial, run.mu) <=
-          parameters::kSoftContraction * outer_.norm_error(from, run.mu))) {
-      return false;
-    }
-    if (!evaluate_second_derivatives(canonical_, trial)) return false;
-    if (has_max() && !outer_.find_trial_direction(run.mu)) return false;
     run.report.alpha = {both, both};
     run.report.kind = StepKind::Soft;
     accept(run);
@@ -480,15 +471,19 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     return true;
   }
 
+  /// The trial point along the step, with functions and first derivatives. False: undefined.
+  [[nodiscard]] bool go_along_step(Run& run, StepLength alpha) {
+    outer_.set_trial(*run.here, outer_.step, alpha, run.mu);
+    ++run.report.trials;
+    return evaluate_values(canonical_, outer_.trial) &&
+           evaluate_first_derivatives(canonical_, outer_.trial);
+  }
+
   /// As far along the step as all functions are defined.
   [[nodiscard]] bool untested_step(Run& run, StepLength alpha) {
     Point& trial = outer_.trial;
     for (int cuts = 0; cuts < parameters::kHalvings; ++cuts, alpha.primal *= 0.5) {
-      outer_.set_trial(*run.here, outer_.step, alpha, run.mu);
-      ++run.report.trials;
-      if (!evaluate_values(canonical_, trial) || !evaluate_derivatives(canonical_, trial)) {
-        continue;
-      }
+      if (!go_along_step(run, alpha) || !evaluate_second_derivatives(canonical_, trial)) continue;
       if (!trial.dual.allFinite()) {  // the multipliers overflow
         alpha.dual *= 0.5;
         continue;
