@@ -76,16 +76,14 @@ std::string plural(std::size_t count, const char* noun) {
 }  // namespace
 
 std::string one_player_remark(const ProblemStructure& s) {
-  std::array<bool, 2> has_variables{}, has_free{};
-  for (const auto i : indices(s.variable_players)) {
-    const std::size_t owner = player(s.variable_players[i]);
-    has_variables[owner] = true;
-    if (s.variable_lower[i] != s.variable_upper[i]) has_free[owner] = true;
-  }
-  if (!has_variables[1]) return "Max has no variables: this is a plain minimization.";
-  if (!has_variables[0]) return "Min has no variables: this is a plain maximization.";
-  if (!has_free[1]) return "Max's variables are all fixed: this is a plain minimization.";
-  if (!has_free[0]) return "Min's variables are all fixed: this is a plain maximization.";
+  const auto free = count(s).free;
+  const auto has_variables = [&](Player p) {
+    return std::ranges::find(s.variable_players, p) != s.variable_players.end();
+  };
+  if (!has_variables(Player::Max)) return "Max has no variables: this is a plain minimization.";
+  if (!has_variables(Player::Min)) return "Min has no variables: this is a plain maximization.";
+  if (free[1] == 0) return "Max's variables are all fixed: this is a plain minimization.";
+  if (free[0] == 0) return "Min's variables are all fixed: this is a plain maximization.";
   return {};
 }
 

@@ -205,8 +205,12 @@ void each(Visit& visit, Values&... values) {
   (visit(values), ...);
 }
 
-template <class Visit, class C>
-void walk_certificate(Visit& visit, C& c) {
+/// T itself, or const.
+template <class Own, class T>
+concept Of = std::is_same_v<std::remove_const_t<Own>, T>;
+
+template <class Visit, Of<Certificate> C>
+void walk(Visit& visit, C& c) {
   each(visit, c.kind, c.second_order, c.inner, c.inner_expected, c.full, c.full_expected, c.margin,
        c.licq_min, c.licq_max, c.weakly_active_min, c.weakly_active_max, c.finite_differences,
        c.hessian_error, c.hessian_disagrees, c.least_curvature, c.least_curvature_variable,
@@ -215,16 +219,16 @@ void walk_certificate(Visit& visit, C& c) {
   for (auto& r : c.reasons) each(visit, r.kind, r.player, r.text, r.variables, r.constraints);
 }
 
-template <class Visit, class P>
-void walk_proof(Visit& visit, P& p) {
+template <class Visit, Of<WorstCaseProof> P>
+void walk(Visit& visit, P& p) {
   each(visit, p.constraint, p.least, p.seen, p.proved, p.resolution, p.complete, p.empty, p.v,
        p.boxes, p.left, p.seconds, p.interrupted, p.message);
 }
 
-template <class Visit, class R>
+template <class Visit, Of<Result> R>
 void walk(Visit& visit, R& r) {
   visit(r.status);
-  walk_certificate(visit, r.certificate);
+  walk(visit, r.certificate);
   each(visit, r.message, r.v, r.lambda, r.z_lower, r.z_upper, r.constraints, r.objective,
        r.objective_scale, r.fixed_variables_relaxed, r.error, r.mu, r.iterations, r.factorizations,
        r.seconds, r.cpu_seconds, r.counts, r.timing, r.over_x);
@@ -235,7 +239,7 @@ void walk(Visit& visit, R& r) {
   each(visit, y.asked, y.functions, y.maximizations, y.finished, y.better_known,
        y.largest_violation, y.age, y.branches, y.solves, y.open, y.open_constraint);
   walk_size(visit, y.proofs);
-  for (auto& p : y.proofs) walk_proof(visit, p);
+  for (auto& p : y.proofs) walk(visit, p);
   walk_size(visit, r.worst_cases);
   for (auto& found : r.worst_cases) {
     each(visit, found.constraint, found.v, found.value, found.multiplier, found.active, found.side,
@@ -243,8 +247,8 @@ void walk(Visit& visit, R& r) {
   }
 }
 
-template <class Visit, class M>
-void walk_answer(Visit& visit, M& answer) {
+template <class Visit, Of<MultistartResult> M>
+void walk(Visit& visit, M& answer) {
   walk(visit, answer.best);
   each(visit, answer.best_start, answer.starts, answer.interrupted);
   walk_size(visit, answer.points);
@@ -256,15 +260,15 @@ void walk_answer(Visit& visit, M& answer) {
   for (auto& [status, count] : answer.statuses) each(visit, status, count);
 }
 
-template <class Walk>
-std::vector<char> written(Walk walk) {
+template <class T>
+std::vector<char> written(const T& value) {
   Writer write;
-  walk(write);
+  walk(write, value);
   return std::move(write.bytes);
 }
 
-template <class T, class Walk>
-T read_from(std::span<const char> bytes, Walk walk) {
+template <class T>
+T read_from(std::span<const char> bytes) {
   Reader read(bytes);
   T value;
   walk(read, value);
@@ -273,27 +277,15 @@ T read_from(std::span<const char> bytes, Walk walk) {
 
 }  // namespace
 
-std::vector<char> to_bytes(const Result& result) {
-  return written([&](Writer& write) { walk(write, result); });
-}
-Result result_from(std::span<const char> bytes) {
-  return read_from<Result>(bytes, [](Reader& read, Result& result) { walk(read, result); });
-}
+std::vector<char> to_bytes(const Result& result) { return written(result); }
+Result result_from(std::span<const char> bytes) { return read_from<Result>(bytes); }
 
-std::vector<char> to_bytes(const WorstCaseProof& proof) {
-  return written([&](Writer& write) { walk_proof(write, proof); });
-}
-WorstCaseProof proof_from(std::span<const char> bytes) {
-  return read_from<WorstCaseProof>(
-      bytes, [](Reader& read, WorstCaseProof& proof) { walk_proof(read, proof); });
-}
+std::vector<char> to_bytes(const WorstCaseProof& proof) { return written(proof); }
+WorstCaseProof proof_from(std::span<const char> bytes) { return read_from<WorstCaseProof>(bytes); }
 
-std::vector<char> to_bytes(const MultistartResult& answer) {
-  return written([&](Writer& write) { walk_answer(write, answer); });
-}
+std::vector<char> to_bytes(const MultistartResult& answer) { return written(answer); }
 MultistartResult multistart_result_from(std::span<const char> bytes) {
-  return read_from<MultistartResult>(
-      bytes, [](Reader& read, MultistartResult& answer) { walk_answer(read, answer); });
+  return read_from<MultistartResult>(bytes);
 }
 
 }  // namespace ipminmax
