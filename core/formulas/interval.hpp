@@ -34,8 +34,18 @@ class UndecidedComparison : public std::domain_error {
       : std::domain_error("the formulas compare values whose order differs within a box") {}
 };
 
+/// Base of a type T that encloses numbers: what follows from T's operator < and functions.
+template <class T>
+class Enclosing {
+ public:
+  friend bool operator>(const T& a, const T& b) { return b < a; }
+  friend bool operator<=(const T& a, const T& b) { return !(b < a); }
+  friend bool operator>=(const T& a, const T& b) { return !(a < b); }
+  friend T hypot(const T& a, const T& b) { return sqrt(square(a) + square(b)); }
+};
+
 /// All numbers between two ends, which may be infinite.
-class Interval : public autodiff::Number<Interval> {
+class Interval : public autodiff::Number<Interval>, public Enclosing<Interval> {
  public:
   Interval(double value = 0.0) : Interval(value, value) {}  // NOLINT: conversion is the point
   /// Makes the interval of all numbers if an end is NaN or the ends are in the wrong order.
@@ -93,9 +103,6 @@ class Interval : public autodiff::Number<Interval> {
     if (a.lower_ >= b.upper_) return false;
     throw UndecidedComparison();
   }
-  friend bool operator>(const Interval& a, const Interval& b) { return b < a; }
-  friend bool operator<=(const Interval& a, const Interval& b) { return !(b < a); }
-  friend bool operator>=(const Interval& a, const Interval& b) { return !(a < b); }
   friend bool operator==(const Interval& a, const Interval& b) {
     if (a.lower_ == a.upper_ && b.lower_ == b.upper_) return a.lower_ == b.lower_;
     if (a.upper_ < b.lower_ || b.upper_ < a.lower_) return false;
@@ -191,9 +198,6 @@ class Interval : public autodiff::Number<Interval> {
     if (y.upper_ < 0.0) return -(pi() * 0.5) - atan(x / y);
     return {-pi().upper_, pi().upper_};
   }
-  friend Interval hypot(const Interval& a, const Interval& b) {
-    return sqrt(square(a) + square(b));
-  }
 
  private:
   static constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -231,7 +235,7 @@ class Interval : public autodiff::Number<Interval> {
 /// a variable whose derivative along it is 1. Derivatives also enclose those just outside the ends
 /// of the box. If the box touches a kink, a pole or an end of the formula's domain, they contain
 /// all one-sided slopes. So a slope of strict sign has this sign in touching boxes as well.
-class IntervalJet : public autodiff::Differentiated<IntervalJet> {
+class IntervalJet : public autodiff::Differentiated<IntervalJet>, public Enclosing<IntervalJet> {
  public:
   /// Largest number of directions; the work of a proof grows exponentially with it.
   static constexpr std::size_t kMostDirections = 8;
@@ -275,13 +279,6 @@ class IntervalJet : public autodiff::Differentiated<IntervalJet> {
     return a * chain(b, {inverse, slope, -2.0 * slope * inverse});
   }
   friend bool operator<(const IntervalJet& a, const IntervalJet& b) { return a.value_ < b.value_; }
-  friend bool operator>(const IntervalJet& a, const IntervalJet& b) { return a.value_ > b.value_; }
-  friend bool operator<=(const IntervalJet& a, const IntervalJet& b) {
-    return a.value_ <= b.value_;
-  }
-  friend bool operator>=(const IntervalJet& a, const IntervalJet& b) {
-    return a.value_ >= b.value_;
-  }
   friend bool operator==(const IntervalJet& a, const IntervalJet& b) {
     return a.value_ == b.value_;
   }
@@ -314,9 +311,6 @@ class IntervalJet : public autodiff::Differentiated<IntervalJet> {
     if (y.value_.lower() > 0.0) return IntervalJet(half_turn) - atan(x / y);
     if (y.value_.upper() < 0.0) return IntervalJet(-half_turn) - atan(x / y);
     return unknown(atan2(y.value_, x.value_), y, x);  // the cut, or the origin
-  }
-  friend IntervalJet hypot(const IntervalJet& a, const IntervalJet& b) {
-    return sqrt(square(a) + square(b));
   }
 
  private:
