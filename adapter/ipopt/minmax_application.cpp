@@ -30,7 +30,7 @@
 #include "adapter/ipopt/status.hpp"
 #include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/answer.hpp"
-#include "core/diagnostics/remarks.hpp"
+#include "core/diagnostics/diagnosis.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"

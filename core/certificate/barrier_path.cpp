@@ -2,7 +2,7 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/model/norms.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -5,7 +5,7 @@
 #include "core/model/indices.hpp"
 #include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -5,7 +5,7 @@
 #include "core/certificate/trial.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/iterate.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -8,7 +8,7 @@
 #include "core/certificate/dependence.hpp"
 #include "core/certificate/parameters.hpp"
 #include "core/certificate/reasons.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

@@ -11,7 +11,7 @@
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/parallel/joined_thread.hpp"
-#include "core/parallel/result_bytes.hpp"
+#include "core/parallel/ranks.hpp"
 #include "core/robust/robust_scope.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"

@@ -10,12 +10,11 @@
 #include <vector>
 
 #include "core/kkt/block.hpp"
-#include "core/kkt/layout.hpp"
 #include "core/kkt/schur.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/options.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 #include "core/result.hpp"
 #include "linalg/uncopied.hpp"
 
@@ -271,5 +270,11 @@ class KktSystem : Kept<KktArrays> {
     Eigen::FullPivLU<Eigen::MatrixXd> small;
   } low_rank_factors_;
 };
+
+/// First multipliers of the constraints at a point with first derivatives and bound multipliers: by
+/// least squares, dropped when above constr_mult_init_max [WB, 3.6], those of robust constraints
+/// from their slacks.
+void start_multipliers(const CanonicalProblem& canonical, KktSystem& kkt,
+                       const SolverOptions& options, Point& point);
 
 }  // namespace ipminmax

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/method/filter_search.hpp"
+#include "core/method/filter.hpp"
 #include "core/method/parameters.hpp"
 
 namespace ipminmax {

@@ -13,7 +13,6 @@
 #include "core/model/canonical_problem.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
-#include "core/point/step_length.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
@@ -35,7 +34,7 @@ enum class StepKind : char {
   Soft = 'r',
   Restoration = 'R',
   Joint = 'j',
-  Leap = 'l',
+  UntestedFull = 'l',
   Escape = 'e',
   Watchdog = 'W',
   Instability = 'i',  ///< line 7 of Algorithm 1 raised delta_x
@@ -71,6 +70,13 @@ struct MethodContext {
 
   /// Else it is a minimization.
   [[nodiscard]] bool has_max() const { return canonical_.max_size() > 0; }
+  /// to: from moved along the step, in a minimization as Ipopt's; its functions are the caller's.
+  void move(const Point& from, const Step& step, StepLength alpha, double mu, Point& to) const {
+    to.iterate = from.iterate;
+    advance(canonical_, step, alpha, to.iterate,
+            has_max() ? InequalityLength::Dual : InequalityLength::Primal);
+    clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
+  }
 };
 
 /// A rule that leads from point to point. Points given have functions, derivatives and dual

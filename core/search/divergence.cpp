@@ -9,8 +9,7 @@
 #include "core/model/compare.hpp"
 #include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/point/residual.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

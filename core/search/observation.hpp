@@ -9,7 +9,7 @@
 
 #include "core/iteration.hpp"
 #include "core/method/step_method.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "core/search/outcome.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/uncopied.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/certificate/certificate.hpp"
-#include "core/method/barrier_update.hpp"
+#include "core/method/barrier.hpp"
 #include "core/method/step_method.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/observation.hpp"

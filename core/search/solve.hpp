@@ -5,7 +5,7 @@
 
 #include "core/kkt/inertia_correction.hpp"
 #include "core/kkt/system.hpp"
-#include "core/method/globalized_arrays.hpp"
+#include "core/method/globalized_method.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/structure_check.hpp"

@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-#include "core/method/first_multipliers.hpp"
+#include "core/kkt/system.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"

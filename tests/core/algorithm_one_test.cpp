@@ -19,7 +19,7 @@
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/paper/algorithm_one.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {

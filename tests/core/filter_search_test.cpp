@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/method/filter_search.hpp"
+#include "core/method/filter.hpp"
 
 namespace ipminmax {
 namespace {

@@ -5,7 +5,7 @@
 #include <support/autodiff_problem.hpp>
 
 #include "core/model/canonical_problem.hpp"
-#include "core/parallel/result_bytes.hpp"
+#include "core/parallel/ranks.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/outcome.hpp"
 
