@@ -44,7 +44,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
       for (const std::size_t k : canonical_.owners().own_entries) {
         const Index i = canonical_.jacobian()[k].col;
         rhs.v[i] -= evaluation.jacobian[k] *
-                    CanonicalProblem::signed_weight(canonical_.served_slack(i), iterate);
+                    CanonicalProblem::signed_weight(canonical_.robust_slack(i), iterate);
       }
     }
     if (!max) {

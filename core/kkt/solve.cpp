@@ -300,10 +300,11 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
            (!accuracy.by_rows || rows_are_small(of_residual, of_rhs, scale));
   };
   // Refinement: stops at what is enough, or when the residual no longer falls.
+  constexpr double kSlow = 0.1;  // over the last ratio
   double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();
-    if (std::isfinite(ratio) && ratio > parameters::kLittle * last_ratio) {
+    if (std::isfinite(ratio) && ratio > kSlow * last_ratio) {
       const double more = own.best_multiple(residual_, last_residual_);
       if (std::isfinite(more)) {
         own.add(more, correction_, step);

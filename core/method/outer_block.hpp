@@ -21,8 +21,9 @@ namespace ipminmax {
 /// than phi itself says and more than its rounding.
 [[nodiscard]] inline double tolerated_gain(double share, double phi) {
   namespace parameter = parameters::inner;
+  constexpr double kMostOfPhi = 0.1;
   const double size = 1.0 + std::abs(phi);
-  return std::max(std::min(share, parameters::kLittle * size), parameter::kRoundingShare * size);
+  return std::max(std::min(share, kMostOfPhi * size), parameter::kRoundingShare * size);
 }
 
 /// What an OuterBlock works with, kept from one to the next.
@@ -135,7 +136,7 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
       const auto hessian = canonical_.hessian();
       for (const auto k : indices(hessian)) {
         const auto [row, col] = hessian[k];  // row >= col: row is the Max variable of a mixed entry
-        if (row >= y && col < y && canonical_.served_slack(row) < 0) {
+        if (row >= y && col < y && canonical_.robust_slack(row) < 0) {
           gradient_[col] += point.evaluation.hessian[k] * direction.step.v[row];
         }
       }
@@ -143,7 +144,7 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
       for (const auto k : indices(jacobian)) {
         const auto [row, col] = jacobian[k];
         if (col < y && canonical_.max_constraints().contains(row) &&
-            canonical_.slack_served_by_constraint(row) < 0) {
+            canonical_.robust_slack_of_constraint(row) < 0) {
           gradient_[col] += point.evaluation.jacobian[k] *
                             (point.iterate.lambda[row] + direction.step.lambda[row]);
         }

@@ -73,7 +73,7 @@ namespace {
 double logs(const CanonicalProblem& canonical, const Eigen::VectorXd& v, bool of_copies) {
   double sum = 0.0;
   for_each_bound(canonical, v, [&](Index i, int, double distance) {
-    if ((canonical.served_slack(i) >= 0) != of_copies) return;
+    if ((canonical.robust_slack(i) >= 0) != of_copies) return;
     sum += canonical.sign(i) * std::log(distance);
   });
   return sum;

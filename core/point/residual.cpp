@@ -143,10 +143,10 @@ void row_jacobian(const CanonicalProblem& canonical, const Iterate& iterate,
                   const Evaluation& evaluation, std::vector<double>& jacobian) {
   jacobian = evaluation.jacobian;
   const auto& owners = canonical.owners();
-  for (const auto& [of_robust, of_serving, serving] : owners.shared_entries) {
-    const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(serving)];
-    jacobian[of_robust] += iterate.lambda[serving] / canonical.signed_weight(slack, iterate) *
-                           evaluation.jacobian[of_serving];
+  for (const auto& [of_robust, of_copy, copy] : owners.shared_entries) {
+    const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(copy)];
+    jacobian[of_robust] += iterate.lambda[copy] / canonical.signed_weight(slack, iterate) *
+                           evaluation.jacobian[of_copy];
   }
   for (const std::size_t entry : owners.own_entries) jacobian[entry] = 0.0;
 }

@@ -73,17 +73,17 @@ void advance_multipliers(const CanonicalProblem& canonical, const Step& step, St
     const bool is_equality = canonical.slack_of(j) < 0;
     const bool is_primal = is_equality || inequalities == InequalityLength::Primal;
     const double length = is_primal ? alpha.primal : alpha.dual;
-    const double factor = 1.0 + alpha.dual * change(canonical.slack_served_by_constraint(j));
+    const double factor = 1.0 + alpha.dual * change(canonical.robust_slack_of_constraint(j));
     iterate.lambda[j] = (iterate.lambda[j] + length * step.lambda[j]) * factor;
   }
   for (Index i = canonical.variables() - 1; i >= 0; --i) {
-    const double factor = 1.0 + alpha.dual * change(canonical.served_slack(i));
+    const double factor = 1.0 + alpha.dual * change(canonical.robust_slack(i));
     iterate.z_lower[i] = (iterate.z_lower[i] + alpha.dual * step.z_lower[i]) * factor;
     iterate.z_upper[i] = (iterate.z_upper[i] + alpha.dual * step.z_upper[i]) * factor;
   }
   // Its slack's stationarity, which rounding in lambda_r would spoil for copies of small weight.
   for (const Index i : indices(canonical.x_slacks())) {
-    if (!canonical.owners().is_served[static_cast<std::size_t>(i)]) continue;
+    if (!canonical.owners().has_copies[static_cast<std::size_t>(i)]) continue;
     iterate.lambda[canonical.constraint_of_slack(i)] = CanonicalProblem::signed_weight(i, iterate);
   }
 }
