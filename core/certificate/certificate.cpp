@@ -87,7 +87,7 @@ void hold_inactive_copies(TestContext& c, TrialPoint& trial) {
                       variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling));
   Vector& lambda = trial.point.iterate.lambda;
   for (const Index i : trial.inactive.variables)
-    lambda[c.canonical.constraint_of_slack(c.canonical.served_slack(i))] = 0.0;
+    lambda[c.canonical.constraint_of_slack(c.canonical.robust_slack(i))] = 0.0;
   for (const auto j : indices(trial.inactive.rows)) {
     if (trial.inactive.rows[j]) lambda[static_cast<Index>(j)] = 0.0;
   }

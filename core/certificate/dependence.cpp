@@ -204,7 +204,7 @@ struct DependenceSearch {
     std::vector<std::vector<Index>> places;  // copies of each rank among those of their row
     std::vector<std::size_t> rank(at(canonical.variables()), 0);
     for (const Index i : indices(canonical.y())) {
-      const Index slack = canonical.served_slack(i);
+      const Index slack = canonical.robust_slack(i);
       if (slack < 0) continue;
       const std::size_t own = rank[at(slack)]++;
       if (own == places.size()) places.emplace_back();

@@ -9,6 +9,9 @@ namespace ipminmax::parameters::certificate {
 
 using namespace parameters;  // those of all rooms
 
+constexpr double kLittle = 0.1;   ///< little beside it; a safety factor
+constexpr double kHardly = 1e-6;  ///< none, where rounding is not all there is
+
 // --- Shares and roundings that several parts have in common --------------------------------------
 
 constexpr double kConfirmed = 0.5;  ///< share of a value: a smaller change leaves it what it is

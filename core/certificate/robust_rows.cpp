@@ -61,7 +61,7 @@ std::optional<Eigen::MatrixXd> schur_complement(const CanonicalProblem& canonica
   const auto for_each = [&](auto&& visit) {
     for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
       if (column_of[at(row)] >= 0 && canonical.owned_by_max(col) &&
-          canonical.served_slack(col) != canonical.slack_of(row)) {
+          canonical.robust_slack(col) != canonical.slack_of(row)) {
         visit(column_of[at(row)], col, value);
       }
     });
@@ -120,13 +120,13 @@ InactiveCopies inactive_copies(const CanonicalProblem& canonical, const Iterate&
   const Vector firm = firm_curvature(canonical, iterate, nullptr, scaling);
   for (const ActiveRow& row : active_rows(canonical, firm, scaling))
     active[at(canonical.slack_of(row.constraint))] = true;
-  const auto serves_inactive = [&](Index slack) { return slack >= 0 && !active[at(slack)]; };
+  const auto is_inactive = [&](Index slack) { return slack >= 0 && !active[at(slack)]; };
   InactiveCopies inactive;
   for (const Index i : indices(canonical.y())) {
-    if (serves_inactive(canonical.served_slack(i))) inactive.variables.push_back(i);
+    if (is_inactive(canonical.robust_slack(i))) inactive.variables.push_back(i);
   }
   for (Index j = 0; j < canonical.constraints() && !inactive.variables.empty(); ++j)
-    inactive.rows.push_back(serves_inactive(canonical.slack_served_by_constraint(j)));
+    inactive.rows.push_back(is_inactive(canonical.robust_slack_of_constraint(j)));
   return inactive;
 }
 

@@ -282,18 +282,15 @@ std::optional<std::string> find_wrong_derivative(CanonicalProblem& canonical, bo
   const Eigen::VectorXd lambda = canonical.starting_point().lambda;
   Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
   if (!canonical.first_derivatives(v, here)) return {};
-  if (auto wrong = find_wrong_gradient(canonical, v, here, "at the last point"); !wrong.empty()) {
+  if (auto wrong = find_wrong_gradient(canonical, v, here, "at the last point"); !wrong.empty())
     return wrong;
-  }
-  if (!has_hessian || !canonical.second_derivatives(v, lambda, here)) {
-    return {};
-  }
+  if (!has_hessian || !canonical.second_derivatives(v, lambda, here)) return {};
   const VariableScaling scaling = variable_scaling(canonical, v, here);
   DifferenceArrays arrays;
-  constexpr double kWrong = 1e-3;
-  if (const auto wrong = compare_second_derivatives(canonical, v, lambda, here,
-                                                    generic_step(canonical, v, parameters::kHardly),
-                                                    scaling.variable, kWrong, arrays)) {
+  constexpr double kWrong = 1e-3, kStep = 1e-6;  // of each variable's length
+  if (const auto wrong =
+          compare_second_derivatives(canonical, v, lambda, here, generic_step(canonical, v, kStep),
+                                     scaling.variable, kWrong, arrays)) {
     return "the second derivatives in " + canonical.column_name(wrong->index) +
            " look wrong at the last point" + beside(*wrong) + "\ntry derivative_test second-order";
   }

@@ -7,11 +7,13 @@
 #include "core/model/indices.hpp"
 #include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
+
+constexpr double kOfDeviation = 0.1;  ///< that rounding may be, or it says nothing
+constexpr double kOfDistance = 0.1;   ///< to a bound, that a step may go
 
 /// Roundings of a derivative, over epsilon and the sum of its terms.
 constexpr double kRoundings = 100.0;
@@ -88,7 +90,7 @@ std::optional<Deviation> compare_second_derivatives(
   // shorter ones tell, as long as they exceed rounding.
   for (const double share : {1e-2, 1e-4}) {
     const double rounding = kRoundings * kEpsilon * arrays.here_size[row] / share;
-    if (!(rounding <= parameters::kLittle * std::abs(better[row] - exact[row]))) break;
+    if (!(rounding <= kOfDeviation * std::abs(better[row] - exact[row]))) break;
     Eigen::VectorXd first, second;
     if (!difference(share * sign, first) || !difference(2.0 * share * sign, second)) break;
     const double closer = 2.0 * first[row] - second[row];
@@ -173,13 +175,12 @@ std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
   const double better = measured->better[worst], deviation = std::abs(better - slope[worst]);
   for (const double share : kShorterSteps) {
     const auto closer = measure_slopes(canonical, v, step, share);
-    if (!closer || !(closer->rounding[worst] <= parameters::kLittle * deviation)) continue;
+    if (!closer || !(closer->rounding[worst] <= kOfDeviation * deviation)) continue;
     const double other = closer->better[worst];
     const double same = kSameSlope * std::max(std::abs(better), std::abs(other)) +
                         closer->rounding[worst] + measured->rounding[worst];
-    if (!(std::abs(other - better) <= same) || !(deviates(*closer, worst) > 1.0)) {
+    if (!(std::abs(other - better) <= same) || !(deviates(*closer, worst) > 1.0))
       return std::nullopt;
-    }
   }
   return Deviation{.index = worst == m ? -1 : worst, .exact = slope[worst], .difference = better};
 }
@@ -200,9 +201,9 @@ Eigen::VectorXd generic_step(const CanonicalProblem& canonical, const Eigen::Vec
     step[i] = (i % 2 == 0 ? size : -size) * (0.6 + 0.4 * std::sin(1.0 + i));
   }
   // Steps are made in both directions.
-  keep_within_bounds(canonical, v, parameters::kLittle, step);
+  keep_within_bounds(canonical, v, kOfDistance, step);
   step = -step;
-  keep_within_bounds(canonical, v, parameters::kLittle, step);
+  keep_within_bounds(canonical, v, kOfDistance, step);
   return step;
 }
 

@@ -152,7 +152,7 @@ class MaximizationOverY {
       if (!corner.empty()) given.push_back(std::move(corner));
     }
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
-    context_.work.counts += structure_.detect(inner_, options_);
+    context_.work.counts += detect_hessian(inner_, options_, structure_);
     Index start = 0;
     const bool looks_longer = limit_ && may_look_longer(options_);
     const auto may_be_higher = [&] {
@@ -398,7 +398,8 @@ class MaximizationOverY {
     }
     if (context_.witnesses != nullptr) context_.witnesses->add_start(v);  // may be undefined there
     Restarted restarted(inner_, std::move(v));
-    const Result result = structure_.solve(restarted, options, context_.budget, observer());
+    const Result result =
+        solve_from_start(restarted, options, context_.budget, observer(), &structure_);
     add_work(result, context_.work);
     if (context_.budget.interrupted()) found_.finished = false;
     ++found_.made;
@@ -511,7 +512,7 @@ class MaximizationOverY {
   VariableRanges ranges_;
   SetOfY y_;
   bool has_branches_;  ///< equations are not known to be explicit
-  SearchStructure structure_;
+  KeptWork structure_ = kept_structure();
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away
   ValueRange on_the_way_;                ///< of values at infeasible points

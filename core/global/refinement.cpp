@@ -36,7 +36,7 @@ bool has_rows_for_every_y(const ProblemStructure& structure, const SolverOptions
 }
 
 Result Refinement::from(Problem& model, const std::vector<double>& v, Index start,
-                        SearchStructure& structure) const {
+                        KeptWork& structure) const {
   const bool can_branch =
       has_valid_indices(model.structure()) && has_max_variables(model.structure());
   if (options.minmax_epigraph && can_branch) return over_branches(model, v, start, false);
@@ -48,7 +48,8 @@ Result Refinement::from(Problem& model, const std::vector<double>& v, Index star
                                 v, known);
     }
     Restarted restarted(model, v);
-    return structure.solve(restarted, options, budget, budget.observer_of(start, among_others));
+    return solve_from_start(restarted, options, budget, budget.observer_of(start, among_others),
+                            &structure);
   };
   Result answer = as_asked();
   const bool has_point = !answer.v.empty() && all_finite(answer.v);

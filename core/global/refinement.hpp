@@ -25,7 +25,7 @@ struct Refinement {
   /// which is well formed. What is known against the result is in its statements; it has not been
   /// audited.
   [[nodiscard]] Result from(Problem& model, const std::vector<double>& v, Index start,
-                            SearchStructure& structure) const;
+                            KeptWork& structure) const;
 
  private:
   [[nodiscard]] Result over_branches(Problem& model, const std::vector<double>& v, Index start,

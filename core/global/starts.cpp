@@ -172,7 +172,7 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
   try {
     // The model's calls count once, whatever the number of threads.
     if (!std::exchange(worker.detected, true)) {
-      const Counts calls = worker.structure.detect(*worker.model, options_);
+      const Counts calls = detect_hessian(*worker.model, options_, worker.structure);
       const std::lock_guard lock(mutex_);
       if (start == 0) outcomes_.work.counts += calls;
     }

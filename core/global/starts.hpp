@@ -106,7 +106,7 @@ class Starts {
   /// A model, used by one thread, and what its searches have in common.
   struct Worker {
     Problem* model;
-    SearchStructure structure{};
+    KeptWork structure = kept_structure();
     bool detected = false;
   };
   class Choice;   // starts_over_y.cpp

@@ -164,10 +164,10 @@ void KktBlock::set_lengths(const Iterate& iterate) {
     lengths_[row] = std::pow(CanonicalProblem::weight_by(slack, iterate), power);
   };
   for (const Index i : indices(canonical_.y())) {
-    set(row_of_variable(i), canonical_.served_slack(i), -0.5);
+    set(row_of_variable(i), canonical_.robust_slack(i), -0.5);
   }
   for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
-    set(row_of_constraint(j), canonical_.slack_served_by_constraint(j), 0.5);
+    set(row_of_constraint(j), canonical_.robust_slack_of_constraint(j), 0.5);
   }
 }
 

@@ -302,10 +302,11 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
            (!accuracy.by_rows || rows_are_small(of_residual, of_rhs, scale));
   };
   // Refinement: stops at what is enough, or when the residual no longer falls.
+  constexpr double kSlow = 0.1;  // over the last ratio
   double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();
-    if (std::isfinite(ratio) && ratio > parameters::kLittle * last_ratio) {
+    if (std::isfinite(ratio) && ratio > kSlow * last_ratio) {
       const double more = own.best_multiple(residual_, last_residual_);
       if (std::isfinite(more)) {
         own.add(more, correction_, step);
@@ -375,7 +376,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
       for (const std::size_t k : canonical_.owners().own_entries) {
         const Index i = canonical_.jacobian()[k].col;
         rhs.v[i] -= evaluation.jacobian[k] *
-                    CanonicalProblem::signed_weight(canonical_.served_slack(i), iterate);
+                    CanonicalProblem::signed_weight(canonical_.robust_slack(i), iterate);
       }
     }
     if (!max) {

@@ -123,13 +123,12 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
       const bool known = k == 0 && out.mu == mu && is_known(out, point);
       if (!known && !direction(point, mu, out)) return Outcome::NotFound;
       const double violated = theta(point);
-      const double feasible_theta = parameters::kHardly * std::max(1.0, mu);
       const bool in_sight = out.shift.y == 0.0;
       if (in_sight && out.largest_gain() <= target &&
-          violated <= std::max(feasible_theta, target)) {
+          violated <= std::max(feasible_theta(mu), target)) {
         return Outcome::Maximum;
       }
-      if (violated <= feasible_theta &&
+      if (violated <= feasible_theta(mu) &&
           barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
         return Outcome::AboveBound;
       }
@@ -196,8 +195,9 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
 
   /// Whether the Max constraints hold closely enough to compare values.
   [[nodiscard]] bool feasible(const Point& point, double mu) const {
-    return theta(point) <= parameters::kHardly * std::max(1.0, mu);
+    return theta(point) <= feasible_theta(mu);
   }
+  [[nodiscard]] static double feasible_theta(double mu) { return 1e-6 * std::max(1.0, mu); }
 
   /// Error of the inner first-order conditions at mu.
   [[nodiscard]] double error(const Point& point, double mu) const {
@@ -331,8 +331,8 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
   [[nodiscard]] double own_weight(Index robust, const Iterate& iterate) const {
     if (!canonical_.has_copies()) return 1.0;
     const Index slack = canonical_.slack_of(robust);
-    return canonical_.owners().is_served[at(slack)] ? CanonicalProblem::weight_by(slack, iterate)
-                                                    : 1.0;
+    return canonical_.owners().has_copies[at(slack)] ? CanonicalProblem::weight_by(slack, iterate)
+                                                     : 1.0;
   }
 
   /// Of f and of what copies serve: of each its own.
@@ -340,10 +340,10 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
     out.gain = out.copies_gain = 0.0;
     for (Index i = canonical_.y().begin; i < canonical_.variables(); ++i) {
       const double gain = 0.5 * gradient_[i] * out.step.v[i];
-      (canonical_.served_slack(i) >= 0 ? out.copies_gain : out.gain) += gain;
+      (canonical_.robust_slack(i) >= 0 ? out.copies_gain : out.gain) += gain;
     }
     for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
-      const Index slack = canonical_.slack_served_by_constraint(j);
+      const Index slack = canonical_.robust_slack_of_constraint(j);
       const double gain = 0.5 * (point.iterate.lambda[j] + out.step.lambda[j]) *
                           point.evaluation.c[j] / CanonicalProblem::weight_by(slack, point.iterate);
       (slack >= 0 ? out.copies_gain : out.gain) += gain;
@@ -355,8 +355,9 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
 /// than phi itself says and more than its rounding.
 [[nodiscard]] inline double tolerated_gain(double share, double phi) {
   namespace parameter = parameters::inner;
+  constexpr double kMostOfPhi = 0.1;
   const double size = 1.0 + std::abs(phi);
-  return std::max(std::min(share, parameters::kLittle * size), parameter::kRoundingShare * size);
+  return std::max(std::min(share, kMostOfPhi * size), parameter::kRoundingShare * size);
 }
 
 /// What an OuterBlock works with, kept from one to the next.
@@ -469,7 +470,7 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
       const auto hessian = canonical_.hessian();
       for (const auto k : indices(hessian)) {
         const auto [row, col] = hessian[k];  // row >= col: row is the Max variable of a mixed entry
-        if (row >= y && col < y && canonical_.served_slack(row) < 0) {
+        if (row >= y && col < y && canonical_.robust_slack(row) < 0) {
           gradient_[col] += point.evaluation.hessian[k] * direction.step.v[row];
         }
       }
@@ -477,7 +478,7 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
       for (const auto k : indices(jacobian)) {
         const auto [row, col] = jacobian[k];
         if (col < y && canonical_.max_constraints().contains(row) &&
-            canonical_.slack_served_by_constraint(row) < 0) {
+            canonical_.robust_slack_of_constraint(row) < 0) {
           gradient_[col] += point.evaluation.jacobian[k] *
                             (point.iterate.lambda[row] + direction.step.lambda[row]);
         }

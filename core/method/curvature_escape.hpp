@@ -68,8 +68,9 @@ bool move_along_curvature(Block& block, const CurvatureMove& move, const Eigen::
     return trial.usable &&
            change < -parameters::escape::kLeastGain * (1.0 + std::abs(move.from.phi));
   };
-  const double first = parameters::kLittle * move.size;
-  for (double t = first; t > parameters::kHardly * first && !limit.expired(); t *= 0.5) {
+  constexpr double kFirst = 0.1, kLast = 1e-6;  // of the size; of the first
+  const double first = kFirst * move.size;
+  for (double t = first; t > kLast * first && !limit.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
       block.set_trial(direction, sign * t);
       const Trial trial = block.improve(block.evaluate_move(t));

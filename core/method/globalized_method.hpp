@@ -215,9 +215,9 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
   /// What the linear system of a fast step may leave: a share of what quadratic convergence would,
   /// by the last contraction, or of tol. error: at the point left.
   [[nodiscard]] Accuracy forcing(double error) const {
-    const double last = fast_contraction_ > 0.0 ? fast_contraction_ : parameters::kLittle;
-    constexpr double kOfTol = 1e-2;
-    return {.residual = std::max(parameters::kLittle * last * last * error, kOfTol * options_.tol)};
+    constexpr double kFirstContraction = 0.1, kShare = 0.1, kOfTol = 1e-2;
+    const double last = fast_contraction_ > 0.0 ? fast_contraction_ : kFirstContraction;
+    return {.residual = std::max(kShare * last * last * error, kOfTol * options_.tol)};
   }
 
   [[nodiscard]] bool fast_step(Run& run) {

@@ -201,7 +201,8 @@ RestorationOutcome restore_feasibility(
     if (!problem.read(result.v, v, c) || max_norm(c) <= options.constr_viol_tol) {
       return RestorationOutcome::Failed;
     }
-    if (problem.pull(v) <= parameters::kHardly) {
+    constexpr double kLeastPull = 1e-6;
+    if (problem.pull(v) <= kLeastPull) {
       const bool pivots = options.linear_solver != LinearSolver::Ldlt;
       if (!pivots && result.certificate.second_order != SecondOrder::Satisfied)
         return RestorationOutcome::Unproved;

@@ -51,8 +51,8 @@ class Stopwatch {
 /// Factorizations of K and K_yy that are kept for the second-order test where these are limited.
 inline constexpr Index kKeptForTest = 2;
 
-/// What all solves behind one call may use together: time, factorizations, memory,
-/// until the listener says stop. Made where the call comes in and passed down; nothing below makes another.
+/// What all solves behind one call may use together: time, factorizations, memory, until the
+/// listener says stop. Made where the call comes in and passed down; nothing below makes another.
 /// For any number of threads.
 class Budget : Uncopied {
  public:
@@ -97,8 +97,8 @@ class Budget : Uncopied {
   std::mutex listening_;
 };
 
-/// What one solve may spend, and has: the budget as it sees it, and limits of its own. Long loops of
-/// factorizations ask expired() in every round and give up; the solve then ends with exceeded().
+/// What one solve may spend, and has: the budget as it sees it, and limits of its own. Long loops
+/// of factorizations ask expired() in every round and give up; the solve then ends with exceeded().
 class SolveLimit {
  public:
   explicit SolveLimit(Budget& budget, Index iterations = 0)

@@ -57,10 +57,9 @@ std::string CanonicalProblem::undefined_function(std::string_view function) {
   for (Index row = 0; row < static_cast<Index>(m); ++row) {
     const std::span one(&row, 1);
     ++(of_jacobian ? counts_.jacobian : counts_.constraints);
-    const bool defined = ask([&] {
-      return of_jacobian ? problem_.jacobian_rows(one, model_v_, true, model_jacobian_)
-                         : problem_.constraint_rows(one, model_v_, true, model_g_);
-    });
+    const bool defined = of_jacobian
+                             ? ask(&Problem::jacobian_rows, one, model_v_, true, model_jacobian_)
+                             : ask(&Problem::constraint_rows, one, model_v_, true, model_g_);
     if (defined) continue;
     if (undefined++ == 0) first = row;
   }
@@ -91,7 +90,7 @@ bool CanonicalProblem::objective(const Eigen::VectorXd& v, double& f) {
   if (!load(v)) return false;
   ++counts_.objective;
   double value = 0.0;
-  if (!ask([&] { return problem_.objective(model_v_, take_new_point(), value); }))
+  if (!ask(&Problem::objective, model_v_, take_new_point(), value))
     return undefined("the objective");
   if (!std::isfinite(value)) return fails({.function = "the objective"});
   objective_point_ = model_v_;
@@ -107,7 +106,7 @@ bool CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c)
   if (!model_g_.empty()) {  // else all rows fix a variable
     ++counts_.constraints;
     constraints_point_.clear();
-    if (!ask([&] { return problem_.constraints(model_v_, take_new_point(), model_g_); })) {
+    if (!ask(&Problem::constraints, model_v_, take_new_point(), model_g_)) {
       return undefined(kConstraints);
     }
   }
@@ -135,7 +134,7 @@ bool CanonicalProblem::first_derivatives(const Eigen::VectorXd& v, Evaluation& e
   if (!load(v)) return false;
   evaluation.jacobian_call = 0;
   ++counts_.gradient;
-  if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
+  if (!ask(&Problem::gradient, model_v_, take_new_point(), model_gradient_)) {
     return undefined("the gradient of the objective");
   }
   for (Index i = 0; i < variables(); ++i) {
@@ -156,7 +155,7 @@ bool CanonicalProblem::first_derivatives(const Eigen::VectorXd& v, Evaluation& e
   }
   if (!model_g_.empty()) {
     ++counts_.jacobian;
-    if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
+    if (!ask(&Problem::jacobian, model_v_, take_new_point(), model_jacobian_)) {
       return undefined(kJacobian);
     }
   }
@@ -188,10 +187,8 @@ bool CanonicalProblem::second_derivatives(const Eigen::VectorXd& v, const Eigen:
   evaluation.hessian_call = 0;
   if (!load_multipliers(lambda)) return false;
   ++counts_.hessian;
-  if (!ask([&] {
-        return problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
-                                model_lambda_, true, model_hessian_);
-      })) {
+  if (!ask(&Problem::hessian, model_v_, take_new_point(), objective_factor * objective_scale_,
+           model_lambda_, true, model_hessian_)) {
     return undefined("the Hessian of the Lagrangian");
   }
   const Index* source = map_.hessian_source.data();
@@ -232,9 +229,7 @@ std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::Vect
   if (!load(v) || !load_multipliers(lambda)) {
     return Eigen::VectorXd::Constant(variables(), kInfinity);
   }
-  if (!ask([&] {
-        return problem_.hessian_errors(model_v_, objective_scale_, model_lambda_, rows);
-      })) {
+  if (!ask(&Problem::hessian_errors, model_v_, objective_scale_, model_lambda_, rows)) {
     return std::nullopt;
   }
   // |d'Ed| <= sum |E_ij| (d_i^2 + d_j^2)/2: the row sums of |E| bound E, and scale as its diagonal.
@@ -294,9 +289,7 @@ void CanonicalProblem::restore_values(bool finite, Result& result) {
     result.objective = objective_value_;
   } else if (finite) {
     ++counts_.objective;
-    if (!ask([&] {
-          return problem_.objective(result.v, std::exchange(new_point, false), result.objective);
-        })) {
+    if (!ask(&Problem::objective, result.v, std::exchange(new_point, false), result.objective)) {
       result.objective = kNaN;
     }
   }
@@ -306,7 +299,7 @@ void CanonicalProblem::restore_values(bool finite, Result& result) {
     result.constraints = constraint_values_;
   } else if (finite) {
     ++counts_.constraints;
-    if (!ask([&] { return problem_.constraints(result.v, new_point, result.constraints); })) {
+    if (!ask(&Problem::constraints, result.v, new_point, result.constraints)) {
       std::ranges::fill(result.constraints, kNaN);
     }
   }
@@ -366,10 +359,9 @@ void CanonicalProblem::restore_fixed_multipliers(Result& result) {
                                      [](Index i) { return i < 0; });
   if (!any_fixed) return;
   ++counts_.gradient;
-  if (!ask([&] { return problem_.gradient(result.v, true, model_gradient_); })) return;
+  if (!ask(&Problem::gradient, result.v, true, model_gradient_)) return;
   counts_.jacobian += model_jacobian_.empty() ? 0 : 1;
-  if (!model_jacobian_.empty() &&
-      !ask([&] { return problem_.jacobian(result.v, false, model_jacobian_); }))
+  if (!model_jacobian_.empty() && !ask(&Problem::jacobian, result.v, false, model_jacobian_))
     return;
   for (const auto k : indices(structure_.jacobian)) {
     const auto [row, col] = structure_.jacobian[k];

@@ -212,12 +212,12 @@ void CanonicalProblem::list_bounds() {
   std::ranges::replace_if(owners.slack_of_variable, is_two_sided, -1);
   std::ranges::replace_if(owners.slack_of_constraint, is_two_sided, -1);
   std::erase_if(owners.shared_entries,
-                [&](const auto& entry) { return owners.slack_of_constraint[entry.serving] < 0; });
+                [&](const auto& entry) { return owners.slack_of_constraint[entry.copy] < 0; });
   std::erase_if(owners.own_entries, [&](std::size_t entry) {
     return owners.slack_of_variable[map_.jacobian[entry].col] < 0;
   });
-  for (const auto i : indices(owners.is_served)) {
-    owners.is_served[i] = owners.is_served[i] && !is_two_sided(static_cast<Index>(i));
+  for (const auto i : indices(owners.has_copies)) {
+    owners.has_copies[i] = owners.has_copies[i] && !is_two_sided(static_cast<Index>(i));
   }
   damping_.setZero(n);
   if (options_.minmax_globalization == Globalization::None) return;
@@ -265,8 +265,7 @@ std::string CanonicalProblem::read_start() {
                         .lambda = model_start_.lambda,
                         .z_lower = model_start_.z_lower,
                         .z_upper = model_start_.z_upper};
-  if (!ask([&] { return problem_.starting_point(request); }))
-    return "the model gives no starting point";
+  if (!ask(&Problem::starting_point, request)) return "the model gives no starting point";
   return check_start();
 }
 
@@ -360,7 +359,7 @@ void CanonicalProblem::start_slacks(Iterate& start, const Eigen::VectorXd& c) co
 
 std::string CanonicalProblem::user_scaling() {
   UserScaling scaling;
-  if (!ask([&] { return problem_.user_scaling(scaling); })) return {};
+  if (!ask(&Problem::user_scaling, scaling)) return {};
   const auto error_of = [](const std::string& of_what, double factor) {
     return "the model's scaling factor of " + of_what + " is " + number_text(factor) +
            ", not in [" + number_text(kLeastScaling) + ", " + number_text(kLargestScaling) + "]";
@@ -414,13 +413,12 @@ void CanonicalProblem::scale_entries() {
     jacobian_scale_[k] =
         constraint_scale(map_.jacobian[k].row) / variable_scale(map_.jacobian[k].col);
   }
-  const bool variables_scaled =
-      std::any_of(col_scale_.begin(), col_scale_.begin() + map_.x.end,
-                  [](double d) { return d != 1.0; }) ||
-      std::any_of(col_scale_.begin() + map_.y.begin, col_scale_.begin() + map_.y.end,
-                  [](double d) { return d != 1.0; });
+  const auto are_scaled = [&](IndexRange variables) {
+    return std::any_of(col_scale_.begin() + variables.begin, col_scale_.begin() + variables.end,
+                       [](double scale) { return scale != 1.0; });
+  };
   hessian_scale_.clear();
-  if (!variables_scaled) return;
+  if (!are_scaled(map_.x) && !are_scaled(map_.y)) return;
   hessian_scale_.resize(map_.hessian.size());
   for (const auto k : indices(map_.hessian)) {
     hessian_scale_[k] =
@@ -450,7 +448,7 @@ std::string CanonicalProblem::scale_gradients() {
     return std::max({largest / norm, options_.nlp_scaling_min_value, kLeastScaling});
   };
   ++counts_.gradient;
-  if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
+  if (!ask(&Problem::gradient, model_v_, take_new_point(), model_gradient_)) {
     return fail(Status::EvaluationFailed,
                 "the gradient of the objective is undefined at the starting point");
   }
@@ -468,7 +466,7 @@ std::string CanonicalProblem::scale_gradients() {
   row_norm.assign(row_scale_.size(), 0.0);
   if (constraints() > 0 && !model_g_.empty()) {
     ++counts_.jacobian;
-    if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
+    if (!ask(&Problem::jacobian, model_v_, take_new_point(), model_jacobian_)) {
       return fail(Status::EvaluationFailed, undefined_function("the Jacobian of the constraints") +
                                                 " is undefined at the starting point");
     }

@@ -131,17 +131,17 @@ class CanonicalProblem : Kept<CanonicalArrays> {
     return map_.robust_constraints;
   }
 
-  /// Max variables and constraints that serve one robust constraint alone maximize it whatever its
-  /// multiplier lambda_r is: L = f + sum over r of lambda_r (g_r + mu ln(distances of y_r)) - ...
-  /// The products of their distances and bound multipliers go to weight mu, and their errors,
-  /// lengths and shifts are those of max g_r, which are L's over weight = |lambda_r|.
+  /// Copies of y, of one robust constraint alone, maximize it whatever its multiplier lambda_r is:
+  /// L = f + sum over r of lambda_r (g_r + mu ln(distances of y_r)) - ... The products of their
+  /// distances and bound multipliers go to weight mu, and their errors, lengths and shifts are
+  /// those of max g_r, which are L's over weight = |lambda_r|.
   [[nodiscard]] const RowOwners& owners() const { return map_.owners; }
   [[nodiscard]] bool has_copies() const { return !owners().slack_of_variable.empty(); }
-  /// Slack of the robust constraint that a variable or a constraint serves, -1: none.
-  [[nodiscard]] Index served_slack(Index variable) const {
+  /// Slack of the robust constraint whose copy of y has the variable or constraint, -1: no copy.
+  [[nodiscard]] Index robust_slack(Index variable) const {
     return has_copies() ? owners().slack_of_variable[variable] : -1;
   }
-  [[nodiscard]] Index slack_served_by_constraint(Index constraint) const {
+  [[nodiscard]] Index robust_slack_of_constraint(Index constraint) const {
     return has_copies() ? owners().slack_of_constraint[constraint] : -1;
   }
   /// |lambda_r| by the slack's bound, 1 for no slack (-1).
@@ -149,14 +149,14 @@ class CanonicalProblem : Kept<CanonicalArrays> {
     return slack < 0 ? 1.0 : iterate.z_lower[slack] + iterate.z_upper[slack];
   }
   [[nodiscard]] double weight(Index variable, const Iterate& iterate) const {
-    return weight_by(served_slack(variable), iterate);
+    return weight_by(robust_slack(variable), iterate);
   }
 
   /// lambda_r by the slack's bound: negative where that is the lower one.
   [[nodiscard]] static double signed_weight(Index slack, const Iterate& iterate) {
     return iterate.z_upper[slack] - iterate.z_lower[slack];
   }
-  /// Of a constraint that copies serve.
+  /// Of a constraint that has copies.
   [[nodiscard]] Index constraint_of_slack(Index slack) const {
     return owners().constraint_of_slack[slack];
   }
@@ -241,10 +241,10 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   [[nodiscard]] std::string row_name(Index constraint) const;
 
  private:
-  template <class Call>
-  [[nodiscard]] bool ask(const Call& call) {
+  template <class Function, class... Arguments>
+  [[nodiscard]] bool ask(Function function, Arguments&&... arguments) {
     inside_model_ = true;
-    const bool defined = call();
+    const bool defined = (problem_.*function)(std::forward<Arguments>(arguments)...);
     inside_model_ = false;
     return defined;
   }

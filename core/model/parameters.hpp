@@ -7,8 +7,6 @@
 namespace ipminmax::parameters {
 
 // Shares of something, and lengths or changes over the size of what they are of.
-constexpr double kLittle = 0.1;      ///< little beside it; a safety factor
-constexpr double kHardly = 1e-6;     ///< none, where rounding is not all there is
 constexpr double kZero = 1e-9;       ///< none: rounding of long sums
 constexpr double kConstant = 1e-12;  ///< a change of what is constant
 constexpr double kRounding = 1e-13;  ///< of a variable, value or multiplier

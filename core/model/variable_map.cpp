@@ -162,9 +162,9 @@ void VariableMap::list_owners(const ProblemStructure& s) {
   owners.slack_of_variable.assign(at(variables()), -1);
   owners.slack_of_constraint.assign(at(constraints()), -1);
   for (const Index i : indices(y)) {
-    const Index served = s.served_constraint[at(model_variable[i])];
-    if (served < 0 || constraint_of_model[served] < 0) continue;
-    owners.slack_of_variable[i] = slack_of_constraint[constraint_of_model[at(served)]];
+    const Index row = s.served_constraint[at(model_variable[i])];
+    if (row < 0 || constraint_of_model[row] < 0) continue;
+    owners.slack_of_variable[i] = slack_of_constraint[constraint_of_model[at(row)]];
   }
   const auto owner = [&](Index i) -> Index& { return owners.slack_of_variable[i]; };
   for (const auto [row, col] : jacobian) {
@@ -172,9 +172,9 @@ void VariableMap::list_owners(const ProblemStructure& s) {
     owners.slack_of_constraint[row] = owner(col);
     if (slack_of_constraint[row] >= 0) owner(slack_of_constraint[row]) = owner(col);
   }
-  owners.is_served.assign(at(variables()), false);
+  owners.has_copies.assign(at(variables()), false);
   for (const Index slack : owners.slack_of_variable) {
-    if (slack >= 0) owners.is_served[slack] = true;
+    if (slack >= 0) owners.has_copies[slack] = true;
   }
   owners.constraint_of_slack.assign(at(variables()), -1);
   for (const Index j : indices(min_constraints)) {

@@ -35,21 +35,21 @@ void for_each_of_model(const std::vector<Index>& of_model, const Visit& visit) {
   }
 }
 
-/// Max variables, slacks included, and Max constraints that serve one robust constraint alone,
+/// Copies of y: Max variables, slacks included, and Max constraints of one robust constraint alone,
 /// which is named by its slack; all empty where there are none.
 struct RowOwners {
-  Array<Index> slack_of_variable;    ///< per canonical variable, -1: serves none
-  Array<Index> slack_of_constraint;  ///< per canonical constraint, -1: serves none
+  Array<Index> slack_of_variable;    ///< per canonical variable, -1: no copy
+  Array<Index> slack_of_constraint;  ///< per canonical constraint, -1: of no copy
   Array<Index> constraint_of_slack;  ///< per canonical variable; -1: no slack of Min
-  Array<bool> is_served;             ///< per canonical variable: a slack that some serve
+  Array<bool> has_copies;            ///< per canonical variable: of slacks
   /// Entries of the Jacobian in the column of a Min variable: of a robust constraint, and of a
-  /// constraint that serves it.
+  /// constraint of its copy.
   struct Shared {
-    std::size_t of_robust, of_serving;
-    Index serving;
+    std::size_t of_robust, of_copy;
+    Index copy;  ///< the latter
   };
   std::vector<Shared> shared_entries;
-  std::vector<std::size_t> own_entries;  ///< of the Jacobian: robust rows in what serves them
+  std::vector<std::size_t> own_entries;  ///< of the Jacobian: robust rows in their copies
 };
 
 /// Which variables and constraints of the model are which of the canonical problem, and their

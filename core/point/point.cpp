@@ -75,7 +75,7 @@ namespace {
 double logs(const CanonicalProblem& canonical, const Eigen::VectorXd& v, bool of_copies) {
   double sum = 0.0;
   for_each_bound(canonical, v, [&](Index i, int, double distance) {
-    if ((canonical.served_slack(i) >= 0) != of_copies) return;
+    if ((canonical.robust_slack(i) >= 0) != of_copies) return;
     sum += canonical.sign(i) * std::log(distance);
   });
   return sum;
@@ -242,10 +242,10 @@ void row_jacobian(const CanonicalProblem& canonical, const Iterate& iterate,
                   const Evaluation& evaluation, std::vector<double>& jacobian) {
   jacobian = evaluation.jacobian;
   const auto& owners = canonical.owners();
-  for (const auto& [of_robust, of_serving, serving] : owners.shared_entries) {
-    const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(serving)];
-    jacobian[of_robust] += iterate.lambda[serving] / canonical.signed_weight(slack, iterate) *
-                           evaluation.jacobian[of_serving];
+  for (const auto& [of_robust, of_copy, copy] : owners.shared_entries) {
+    const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(copy)];
+    jacobian[of_robust] += iterate.lambda[copy] / canonical.signed_weight(slack, iterate) *
+                           evaluation.jacobian[of_copy];
   }
   for (const std::size_t entry : owners.own_entries) jacobian[entry] = 0.0;
 }
@@ -312,17 +312,17 @@ void advance_multipliers(const CanonicalProblem& canonical, const Step& step, St
     const bool is_equality = canonical.slack_of(j) < 0;
     const bool is_primal = is_equality || inequalities == InequalityLength::Primal;
     const double length = is_primal ? alpha.primal : alpha.dual;
-    const double factor = 1.0 + alpha.dual * change(canonical.slack_served_by_constraint(j));
+    const double factor = 1.0 + alpha.dual * change(canonical.robust_slack_of_constraint(j));
     iterate.lambda[j] = (iterate.lambda[j] + length * step.lambda[j]) * factor;
   }
   for (Index i = canonical.variables() - 1; i >= 0; --i) {
-    const double factor = 1.0 + alpha.dual * change(canonical.served_slack(i));
+    const double factor = 1.0 + alpha.dual * change(canonical.robust_slack(i));
     iterate.z_lower[i] = (iterate.z_lower[i] + alpha.dual * step.z_lower[i]) * factor;
     iterate.z_upper[i] = (iterate.z_upper[i] + alpha.dual * step.z_upper[i]) * factor;
   }
   // Its slack's stationarity, which rounding in lambda_r would spoil for copies of small weight.
   for (const Index i : indices(canonical.x_slacks())) {
-    if (!canonical.owners().is_served[static_cast<std::size_t>(i)]) continue;
+    if (!canonical.owners().has_copies[static_cast<std::size_t>(i)]) continue;
     iterate.lambda[canonical.constraint_of_slack(i)] = CanonicalProblem::signed_weight(i, iterate);
   }
 }

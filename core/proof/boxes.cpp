@@ -11,13 +11,14 @@
 #include <Eigen/Dense>
 
 #include "core/model/indices.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/workers.hpp"
 
 namespace ipminmax {
 namespace {
+
+constexpr double kAtBound = 1e-6;  ///< of the range
 
 /// A side that is this much longer, over the domain's, than that which promises most is cut first.
 constexpr double kLongest = 8.0;
@@ -70,10 +71,9 @@ class Multipliers {
     function.evaluate(point, here);
     std::vector<std::size_t> between, active;
     for (const auto i : indices(y)) {
-      const double margin = parameters::kHardly * (domain[i].upper() - domain[i].lower());
-      if (y[i] > domain[i].lower() + margin && y[i] < domain[i].upper() - margin) {
+      const double margin = kAtBound * (domain[i].upper() - domain[i].lower());
+      if (y[i] > domain[i].lower() + margin && y[i] < domain[i].upper() - margin)
         between.push_back(i);
-      }
     }
     for (const auto k : indices(lambda_)) {
       if (side(function.rows()[k], ranges[k], here.rows[k].value().middle()) != 0) {
@@ -135,7 +135,7 @@ class Multipliers {
  private:
   /// 1: the upper bound is active, -1: the lower one, 0: none.
   static int side(const FunctionOfBoxes::Row& row, const ValueRange& range, double g) {
-    const double margin = range.resolution(parameters::kHardly);
+    const double margin = range.resolution(kAtBound);
     if (row.upper - g <= margin) return 1;
     return g - row.lower <= margin ? -1 : 0;
   }

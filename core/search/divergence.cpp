@@ -249,9 +249,10 @@ bool is_on_plateau(const MethodContext& context, const Point& found, double mu) 
     look_at(there.iterate.v + way.v + along.v);
   }
   const double slope = there.dual.dot(back), change = there.evaluation.f - found.evaluation.f;
+  constexpr double kLeastChange = 1e-6;
   // A solve leaves tol in the value, and a start beside the solution shows no range.
   return clearly_greater(std::max(std::abs(change), std::abs(slope)), context.options_.tol, range,
-                         parameters::kHardly);
+                         kLeastChange);
 }
 
 void name_infeasibility(const MethodContext& context, const ProblemStructure& structure,

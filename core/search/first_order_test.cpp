@@ -4,7 +4,6 @@
 
 #include "core/model/compare.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/parameters.hpp"
 #include "core/search/first_order_test.hpp"
 
 namespace ipminmax {
@@ -57,6 +56,7 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
 }
 
 bool FirstOrderTest::is_at_rest(const Iterate& iterate) {
+  constexpr double kMoved = 1e-6;
   constexpr double kGrown = 2.0;  // multipliers; under a large shift they rest as v does
   const Eigen::VectorXd& v = iterate.v;
   const double multiplier = iterate.lambda.size() > 0 ? iterate.lambda.cwiseAbs().maxCoeff() : 0.0;
@@ -65,7 +65,7 @@ bool FirstOrderTest::is_at_rest(const Iterate& iterate) {
     // Beside a variable that has gone far from its start a step may look like rest.
     const auto start = of(canonical_.starting_point().v).abs();
     const auto size = (start > 0.0).select(start, of(v).abs());
-    return ((of(v) - of(rest_point_)).abs() > parameters::kHardly * size).any();
+    return ((of(v) - of(rest_point_)).abs() > kMoved * size).any();
   };
   if (at_rest_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {
     rest_point_ = v;

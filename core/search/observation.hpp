@@ -46,10 +46,8 @@ class Observation : MethodContext, Uncopied {
     info.shifts = step.shifts;
     info.trials = step.trials;
     count_factorizations(info);
-    info.v = canonical_.model_point(point.iterate.v);
     info.result = [this] { return stopped_at(*point_); };
-    info.scaling = [this](UserScaling& factors) { canonical_.write_scaling(factors); };
-    return tell(info);
+    return tell(info, point.iterate.v);
   }
 
   /// An iteration of a restoration (see RestorationObserver) in a step with parameter mu.
@@ -61,17 +59,13 @@ class Observation : MethodContext, Uncopied {
     info.iteration = limit_.iteration + 1;
     info.factorizations_full = info.factorizations_inner = 0;
     double f = kNaN;
-    if (!canonical_.objective(v, f)) {
-      f = kNaN;
-    }
+    static_cast<void>(canonical_.objective(v, f));
     info.objective = canonical_.unscaled_objective(f);
     info.error.primal = 0.0;
     for (Index j = 0; j < canonical_.constraints(); ++j) {
       info.error.primal =
           std::max(info.error.primal, std::abs(c[j]) / canonical_.constraint_scale(j));
     }
-    info.v = canonical_.model_point(v);
-    info.scaling = [this](UserScaling& factors) { canonical_.write_scaling(factors); };
     info.result = [&] {
       Point here = from;
       here.iterate.v = v;
@@ -79,7 +73,7 @@ class Observation : MethodContext, Uncopied {
       measure(canonical_, options_, here);
       return stopped_at(here);
     };
-    return tell(info);
+    return tell(info, v);
   }
 
   void say(std::string_view text) {
@@ -94,7 +88,9 @@ class Observation : MethodContext, Uncopied {
   [[nodiscard]] bool is_inside() const { return inside_; }
 
  private:
-  [[nodiscard]] bool tell(const IterationInfo& info) {
+  [[nodiscard]] bool tell(IterationInfo& info, const Eigen::VectorXd& v) {
+    info.v = canonical_.model_point(v);
+    info.scaling = [this](UserScaling& factors) { canonical_.write_scaling(factors); };
     inside_ = true;
     const bool goes_on = observer_.on_iteration(info);
     inside_ = false;

@@ -9,7 +9,6 @@
 #include "core/model/indices.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/solve.hpp"
 #include "core/search/starts.hpp"
 
 namespace ipminmax {
@@ -172,13 +171,13 @@ Result solve_from_start(Problem& problem, const SolverOptions& options, Budget& 
   }
 }
 
-SearchStructure::SearchStructure() : kept_(std::make_unique<KeptWork>()) {
-  kept_->structure_only = true;
+KeptWork kept_structure() {
+  KeptWork kept;
+  kept.structure_only = true;
+  return kept;
 }
-SearchStructure::~SearchStructure() = default;
-SearchStructure::SearchStructure(SearchStructure&&) noexcept = default;
 
-Counts SearchStructure::detect(Problem& problem, const SolverOptions& options) {
+Counts detect_hessian(Problem& problem, const SolverOptions& options, KeptWork& kept) {
   Counts counts;
   const ProblemStructure& structure = problem.structure();
   if (structure.has_hessian || !check(options).empty() ||
@@ -187,15 +186,10 @@ Counts SearchStructure::detect(Problem& problem, const SolverOptions& options) {
     return counts;
   }
   FiniteDifferenceHessian model(problem, options);
-  kept_->hessian_pattern = model.structure().hessian;
+  kept.hessian_pattern = model.structure().hessian;
   counts.gradient = model.gradients();
   counts.jacobian = model.jacobians();
   return counts;
-}
-
-Result SearchStructure::solve(Problem& problem, const SolverOptions& options, Budget& budget,
-                              const SolveObserver& observer) {
-  return solve_from_start(problem, options, budget, observer, kept_.get());
 }
 
 }  // namespace ipminmax

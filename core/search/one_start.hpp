@@ -1,16 +1,13 @@
 #pragma once
 
-#include <memory>
-
 #include "core/model/budget.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 #include "core/search/outcome.hpp"
+#include "core/search/solve.hpp"
 
 namespace ipminmax {
-
-struct KeptWork;
 
 /// One solve of a model as it is from its own starting point: with second derivatives from
 /// differences where it has none, with bounds of fixed variables moved apart where too few degrees
@@ -21,26 +18,14 @@ struct KeptWork;
                                       Budget& budget, const SolveObserver& observer,
                                       KeptWork* kept);
 
-/// What the searches of one thread on one model have in common and is computed once: the pattern of
-/// the second derivatives where it has to be detected, orderings, symbolic factorizations. Nothing
-/// that depends on where a search began or went, so that each gives the same answer, bit by bit,
-/// whichever searches came before.
-class SearchStructure {
- public:
-  SearchStructure();
-  ~SearchStructure();
-  SearchStructure(SearchStructure&&) noexcept;
+/// For the searches of one thread on one model: they have in common what is computed once, the
+/// pattern of the second derivatives where it has to be detected, orderings, symbolic
+/// factorizations. Nothing that depends on where a search began or went, so that each gives the
+/// same answer, bit by bit, whichever searches came before.
+[[nodiscard]] KeptWork kept_structure();
 
-  /// Looks around the model's own starting point for the entries of its second derivatives where it
-  /// gives none. Returns the model's calls. Exceptions of the model pass through.
-  Counts detect(Problem& problem, const SolverOptions& options);
-
-  /// As solve_from_start.
-  [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options, Budget& budget,
-                             const SolveObserver& observer);
-
- private:
-  std::unique_ptr<KeptWork> kept_;
-};
+/// Looks around the model's own starting point for the entries of its second derivatives where it
+/// gives none. Returns the model's calls. Exceptions of the model pass through.
+[[nodiscard]] Counts detect_hessian(Problem& problem, const SolverOptions& options, KeptWork& kept);
 
 }  // namespace ipminmax

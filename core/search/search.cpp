@@ -9,13 +9,6 @@
 namespace ipminmax {
 namespace {
 
-constexpr const char* kToInfinity = "the iterates diverge while the gradient goes to zero";
-
-/// Whether K_yy has a wrong sign, although no direction was found that proves it.
-bool seems_wrong(const Certificate& found) {
-  return found.inner.positive > found.inner_expected.positive;
-}
-
 /// A test goes on: it may use what steps keep for it, and what it uses is counted as its own.
 class Testing : Uncopied {
  public:
@@ -235,7 +228,7 @@ Search::Verdict Search::judge(Status first_order) {
     kkt_.reset_quality();
     if (plateau || runs_to_infinity(*this, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
-      verdict.message = kToInfinity;
+      verdict.message = "the iterates diverge while the gradient goes to zero";
     } else {
       if (certificate.hessian_disagrees) verdict.message = test.remark;
       if (first_order == Status::Solved) verdict.status = Status::SolvedDegenerate;
@@ -261,9 +254,10 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   const Certificate& found = verdict.test.certificate;
   if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
   const std::optional<WrongCurvature>& wrong = verdict.test.wrong;
-  const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
-                          (has_max() || wrong) && found.second_order != SecondOrder::Flat &&
-                          (found.inner == found.inner_expected || seems_wrong(found));
+  const bool degenerate =
+      verdict.status == Status::SolvedDegenerate && !kept && (has_max() || wrong) &&
+      found.second_order != SecondOrder::Flat &&
+      (found.inner == found.inner_expected || found.inner.positive > found.inner_expected.positive);
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
   StepReport step = method.escape(arrays_.point, barrier_.mu(), wrong, arrays_.next);
   if (!step.moved) return false;
