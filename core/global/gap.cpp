@@ -9,9 +9,8 @@
 
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/gap.hpp"
-#include "core/global/held.hpp"
+#include "core/global/inner_problem.hpp"
 #include "core/global/over_y.hpp"
-#include "core/global/places_over_y.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
@@ -131,10 +130,9 @@ DualityGap find_gap(Problem& model, const std::vector<double>& v, const SolverOp
   }
   const auto best_value = [&](Player player) {
     if (!gap.message.empty()) return kNaN;
-    SolverOptions one_solve = options;
+    SolverOptions one_solve = without_restarts(options);
     one_solve.hessian_approximation = HessianApproximation::Exact;
     one_solve.minmax_certificate = CertificateEffort::Quick;
-    one_solve.minmax_max_restarts = 0;
     // Exact beside what f changes by, whatever its units.
     if (range.size() > 0.0)
       one_solve.obj_scaling_factor = std::clamp(1.0 / range.size(), 1.0, kLargestScaling);

@@ -42,6 +42,10 @@ namespace ipminmax {
 /// Most variables that are held at all their corners where others follow them.
 inline constexpr std::size_t kMostHeld = 3;
 
+/// Options of one of several solves of a model. A solve by itself restarts where it fails; one of
+/// several does not, since the others begin elsewhere. If all have failed, one more may restart.
+[[nodiscard]] SolverOptions without_restarts(SolverOptions options);
+
 /// Who maximizes over y, and where the work goes.
 struct MaximizationContext {
   SolverOptions options;
@@ -90,7 +94,7 @@ struct MaximaOverY : RobustBound {
   bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
   bool completed = true;      ///< false: some maxima could not be, and are left out
   /// Of few variables that others follow: those that have no value, n values each.
-  Points valueless_corners;
+  Points infeasible_vertices;
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
@@ -142,13 +146,13 @@ struct MaximaOverY : RobustBound {
            std::max(range.size(), std::numeric_limits<double>::min());
   }
   /// The worst case at this y, free to move with x.
-  [[nodiscard]] RobustCopies::WorstCase at_y(std::vector<double> v) const {
+  [[nodiscard]] GivenWorstCase at_y(std::vector<double> v) const {
     return {constraint, std::move(v), true, false, side};
   }
 };
 
 /// What was found of each bounded side of each robust constraint.
-using Scans = std::vector<MaximaOverY>;
+using MaximaOfRows = std::vector<MaximaOverY>;
 
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box
 /// of few variables, the given points (n values each) and random ones, `starts` in all or, if more,

@@ -16,6 +16,20 @@
 
 namespace ipminmax {
 
+/// A worst case that a solve is given.
+struct GivenWorstCase {
+  Index constraint = 0;   ///< robust
+  std::vector<double> v;  ///< n; y in it is the start
+  bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
+  bool held = false;      ///< y stays at v, what follows from it apart: a scenario
+  int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
+  /// Whether it is one of this bound of a constraint, or of both bounds.
+  [[nodiscard]] bool is_of(Index its_constraint, int its_side) const {
+    return constraint == its_constraint && side * its_side >= 0;
+  }
+};
+using WorstCases = std::vector<GivenWorstCase>;
+
 /// The model with copies of y for worst cases of robust constraints:
 ///
 ///     x, y, y_1, ..., y_C       g_r(x, y_k) <= 0 with r of worst case k, y_k in Y(x)
@@ -25,19 +39,6 @@ namespace ipminmax {
 /// nothing reads any more are fixed, their constraints dropped.
 class RobustCopies final : public Problem {
  public:
-  struct WorstCase {
-    Index constraint = 0;   ///< robust
-    std::vector<double> v;  ///< n; y in it is the start
-    bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
-    bool held = false;      ///< y stays at v, what follows from it apart: a scenario
-    int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
-    /// Whether it is one of this bound of a constraint, or of both bounds.
-    [[nodiscard]] bool is_of(Index its_constraint, int its_side) const {
-      return constraint == its_constraint && side * its_side >= 0;
-    }
-  };
-  using WorstCases = std::vector<WorstCase>;
-
   /// start: n values, whose x is where it starts. scopes: of the model. reads_y: n, whether f reads
   /// a Max variable. Robust constraints without a worst case are left out. Where the budget is
   /// interrupted it is undefined: one evaluation is many of the model.
@@ -158,7 +159,7 @@ class RobustCopies final : public Problem {
 
   /// The model evaluated at one y: its rows that count there and where they and the columns go.
   struct Part {
-    WorstCase worst_case;
+    GivenWorstCase worst_case;
     RobustScope scope;          ///< what it involves
     std::vector<Index> column;  ///< n: variable of this problem that stands for the model's
     std::vector<Index> row_of;  ///< m: row of this problem, -1: does not count here
@@ -230,7 +231,7 @@ class RobustCopies final : public Problem {
 
   void add_worst_case(std::size_t copy) {
     Part& part = parts_[copy];
-    const WorstCase& worst_case = part.worst_case;
+    const GivenWorstCase& worst_case = part.worst_case;
     part.row_of.assign(g_.size(), -1);
     part.row = first_of(worst_case.constraint) == &part
                    ? worst_case.constraint
@@ -280,7 +281,7 @@ class RobustCopies final : public Problem {
       for (const Index i : part.scope.variables) ++readers[at(i)];
     }
     for (Part& part : std::span(parts_).subspan(1)) {
-      const WorstCase& worst_case = part.worst_case;
+      const GivenWorstCase& worst_case = part.worst_case;
       const RobustScope& scope = part.scope;
       const bool shared = !worst_case.copied && std::ranges::any_of(scope.variables, [&](Index i) {
         return reads_y[at(i)] || readers[at(i)] > 1;
@@ -293,7 +294,7 @@ class RobustCopies final : public Problem {
   }
 
   /// The model's own variables at their values in a worst case.
-  void hold(const std::vector<Index>& variables, const WorstCase& worst_case) {
+  void hold(const std::vector<Index>& variables, const GivenWorstCase& worst_case) {
     for (const Index i : variables) fix_variable(structure_, i, worst_case.v[at(i)]);
   }
 
