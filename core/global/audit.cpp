@@ -345,7 +345,7 @@ class Hearing {
   std::vector<double> jacobian_;  ///< at the answer
   std::vector<Look> looks_;
   std::optional<RobustWorstCase> undefined_;
-  std::optional<std::vector<RobustScope::Explicit>> follows_;
+  std::optional<ExplicitEquations> follows_;
 };
 
 /// Of its range: by what f must be exceeded.
@@ -585,7 +585,7 @@ std::string describe_y(const ProblemStructure& s, Index constraint, const std::v
   constexpr int kMostNames = 6;
   int said = 0;
   for (const Index i : scope.variables) {
-    if (std::ranges::binary_search(scope.followers, i) ||
+    if (std::ranges::binary_search(scope.dependent, i) ||
         s.variable_lower[at(i)] == s.variable_upper[at(i)]) {
       continue;
     }

@@ -20,13 +20,13 @@ constexpr Index kStartsOfRows = 8;
 constexpr Index kMostStartsOfRows = 100;
 constexpr double kUnseenShare = 1e-2;
 /// Of the range of values: what the next maximum may have more where those found are equal.
-constexpr double kMore = 1e-2;
+constexpr double kUnseenExcess = 1e-2;
 /// Searches after which a row is not looked at any longer whose maxima, less than half as many, are
 /// far from the limit: of 9,000 more in 250 random programs none exceeded it.
-constexpr Index kLooksFromAfar = 3;
+constexpr Index kSearchesFromAfar = 3;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
-constexpr Index kOften = 10;
+constexpr Index kFoundOften = 10;
 /// Searches that begin beside a maximum.
 constexpr std::size_t kBeside = 4;
 /// Maxima of one value that searches begin beside.
@@ -43,7 +43,7 @@ struct Beside {
 /// Whether so many maximizations ended at few maxima, far from the limit.
 bool is_far(const MaximaOverY& found, double limit) {
   const auto distinct = static_cast<Index>(found.heights().size());
-  return found.made >= kLooksFromAfar && distinct > 0 && found.made > 2 * distinct &&
+  return found.made >= kSearchesFromAfar && distinct > 0 && found.made > 2 * distinct &&
          !is_near_limit(limit - found.highest(), found.range.size());
 }
 
@@ -56,7 +56,7 @@ bool is_worth_more(const MaximaOverY& found, double limit, Index made) {
   const auto distinct = static_cast<Index>(values.size());
   const double lowest = values.empty() ? kInfinity : std::ranges::min(values);
   const double most = found.highest();
-  const double more = std::max(most - lowest, kMore * found.range.size());
+  const double more = std::max(most - lowest, kUnseenExcess * found.range.size());
   return !found.is_higher(most, limit) && most + more > limit &&
          (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
           distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
@@ -168,8 +168,8 @@ class MaximizationOverY {
     for (const WorstCaseMaximum& maximum : found_.maxima) {
       if (!found_.is_higher(found_.highest(), maximum.value)) often += maximum.found;
     }
-    found_.settled = found_.infeasible_vertices.empty() &&
-                     (start < kMostStartsOfRows || !may_be_higher() || often >= kOften);
+    found_.conclusive = found_.infeasible_vertices.empty() &&
+                        (start < kMostStartsOfRows || !may_be_higher() || often >= kFoundOften);
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !found_.any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -276,7 +276,8 @@ class MaximizationOverY {
       for (const auto k : indices(found_.maxima)) {
         const auto& [v, value, certified, found] = found_.maxima[k];
         // Beside the maxima of a face, which are not certified, stand more of them.
-        const bool wanted = !beside_[k].looked && value + kMore * found_.range.size() > *limit_ &&
+        const bool wanted = !beside_[k].looked &&
+                            value + kUnseenExcess * found_.range.size() > *limit_ &&
                             looked_at_height_of(value) < (certified ? kBesideOneHeight : 1);
         if (wanted && (!from || value > found_.maxima[*from].value)) from = k;
       }

@@ -56,7 +56,7 @@ struct MaximizationContext {
   /// What is to be proved, too; null: what minmax_worst_case_proof asks for.
   const ProofRequest* proof = nullptr;
   ProofShare share{};              ///< of that
-  Index drawn = 0;                 ///< random starts that other scans over y have had
+  Index drawn = 0;                 ///< random starts that other searches have had
   Witnesses* witnesses = nullptr;  ///< to which starts and maxima are added
   /// Size of the function where that is known: values at infeasible points show its range up to
   /// that.
@@ -91,7 +91,7 @@ struct MaximaOverY : RobustBound {
   bool unbounded = false;     ///< one ran to infinity
   bool single_branch = true;  ///< all at one maximum, K_yy right at every iterate
   bool finished = true;       ///< false: the budget was used up
-  bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
+  bool conclusive = true;     ///< false: after the most starts a higher maximum is to be expected
   bool completed = true;      ///< false: some maxima could not be, and are left out
   /// Of few variables that others follow: those that have no value, n values each.
   Points infeasible_vertices;
@@ -135,7 +135,7 @@ struct MaximaOverY : RobustBound {
     return finished && maximized && has_value && !unbounded;
   }
   /// Whether a higher maximum is to be expected after the most starts, and no proof excludes it.
-  [[nodiscard]] bool may_be_higher() const { return !settled && !(proof && proof->complete); }
+  [[nodiscard]] bool may_be_higher() const { return !conclusive && !(proof && proof->complete); }
   /// Whether the k-th maximum exceeds the bound by more than a share of the range.
   [[nodiscard]] bool violates(std::size_t k, double tolerance) const {
     return clearly_greater(maxima[k].value, accepted, range, tolerance);

@@ -12,7 +12,7 @@
 namespace ipminmax {
 
 /// One start of x, refined over y: solved, its robust constraints (f, too, with minmax_epigraph)
-/// scanned over y, solved again with the worst cases found, until none is violated; at a kink of
+/// maximized over y, solved again with the worst cases found, until none is violated; at a kink of
 /// the maximum over y (minmax_epigraph_at_kinks) over the branches that meet there.
 struct Refinement {
   const SolverOptions& options;

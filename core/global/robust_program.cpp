@@ -339,7 +339,7 @@ bool move_to_max(RobustProgram& program, const RobustScope& scope, std::vector<d
   const ProblemStructure& s = program.s;
   for (const Index i : scope.variables)
     v[at(i)] = std::clamp(v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
-  if (scope.constraints.empty() || !scope.followers.empty()) return true;
+  if (scope.constraints.empty() || !scope.dependent.empty()) return true;
   std::vector<double> g(s.constraint_players.size());
   ++program.work.counts.constraints;
   if (!program.solved.constraint_rows(scope.constraints, v, true, g)) return false;
@@ -428,7 +428,7 @@ Result in_asked_shape(const RobustProgram& program, const RobustCopies& copies,
     const std::vector<double> point = copies.model_point(result.v, part);
     std::vector<bool> left_behind(n, false);  // by the copy, which does without
     if (!part.scope.follows.empty()) {
-      for (const Index i : part.scope.idle) left_behind[at(i)] = true;
+      for (const Index i : part.scope.irrelevant) left_behind[at(i)] = true;
       for (const auto& [equation, i] : part.scope.follows) left_behind[at(i)] = true;
     }
     for (std::size_t i = 0; i < n; ++i) {

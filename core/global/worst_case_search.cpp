@@ -107,9 +107,9 @@ MaximaOverY WorstCaseSearch::maximize(const RobustBound& bound, const From& from
     scope = program_.scopes.all_of(bound.constraint);
     found = maximize_in(scope, bound, from, own);
   }
-  if (scope.idle.empty() || !scope.follows.empty() || from.starts == 0) return found;
+  if (scope.irrelevant.empty() || !scope.follows.empty() || from.starts == 0) return found;
   // What cannot change the row may decide which y have a solution of the equations at all.
-  scope.idle.clear();
+  scope.irrelevant.clear();
   MaximaOverY other = maximize_in(scope, bound, from, own);
   return other.is_higher(other.highest(), found.highest()) ? other : found;
 }

@@ -244,11 +244,12 @@ class RobustCopies final : public Problem {
       // What follows from a y that is held is Min's: Max has no choice left.
       const Player player = worst_case.held ? Player::Min : Player::Max;
       for (const Index i : scope.variables) {
-        const bool idle = std::ranges::binary_search(scope.idle, i);
-        const bool held = worst_case.held && !std::ranges::binary_search(scope.followers, i);
-        part.column[at(i)] = copy_variable(i, copy, player, worst_case.v[at(i)], held || idle);
+        const bool irrelevant = std::ranges::binary_search(scope.irrelevant, i);
+        const bool held = worst_case.held && !std::ranges::binary_search(scope.dependent, i);
+        part.column[at(i)] =
+            copy_variable(i, copy, player, worst_case.v[at(i)], held || irrelevant);
       }
-      if (!worst_case.held || !scope.followers.empty()) {
+      if (!worst_case.held || !scope.dependent.empty()) {
         for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy, player);
       }
     }
@@ -287,7 +288,7 @@ class RobustCopies final : public Problem {
         return reads_y[at(i)] || readers[at(i)] > 1;
       });
       if (shared || worst_case.held) continue;
-      if (!worst_case.copied) hold(scope.idle, worst_case);
+      if (!worst_case.copied) hold(scope.irrelevant, worst_case);
       for (const Index i : scope.variables) served[at(part.column[at(i)])] = part.row;
       part.serving = scope.constraints;
     }

@@ -146,8 +146,8 @@ RobustScopes::Marks RobustScopes::matters(Index constraint,
 
 /// What equations determine, without some of it, in an order in which each follows from those
 /// before. Empty: there is none.
-std::vector<RobustScope::Explicit> RobustScopes::in_order(const std::vector<Index>& variables,
-                                                          const Marks& without) const {
+ExplicitEquations RobustScopes::in_order(const std::vector<Index>& variables,
+                                         const Marks& without) const {
   const auto is_one = [&](Index i) { return determined_by_[at(i)] >= 0 && !without[at(i)]; };
   std::vector<Index> waits_for(rows_.size(), 0), ready;
   std::size_t count = 0;
@@ -160,7 +160,7 @@ std::vector<RobustScope::Explicit> RobustScopes::in_order(const std::vector<Inde
     if (waits_for[at(i)] == 0) ready.push_back(i);
     ++count;
   }
-  std::vector<RobustScope::Explicit> order;
+  ExplicitEquations order;
   for (std::size_t next = 0; next < ready.size(); ++next) {
     const Index i = ready[next];
     order.push_back({determined_by_[at(i)], i});
@@ -169,10 +169,10 @@ std::vector<RobustScope::Explicit> RobustScopes::in_order(const std::vector<Inde
       if (other >= 0 && other != i && --waits_for[at(other)] == 0) ready.push_back(other);
     }
   }
-  return order.size() == count ? order : std::vector<RobustScope::Explicit>{};
+  return order.size() == count ? order : ExplicitEquations{};
 }
 
-std::vector<Index> RobustScopes::followers(const RobustScope& scope) const {
+std::vector<Index> RobustScopes::dependent(const RobustScope& scope) const {
   std::vector<Index> found;
   for (const Index row : scope.constraints) {
     if (determines_[at(row)] < 0) return {};
@@ -203,13 +203,13 @@ RobustScope RobustScopes::all_of(Index constraint) const {
   RobustScope scope{marked(variables), marked(rows), {}, {}};
   const Marks counts = matters(constraint, scope.constraints);
   for (const Index i : scope.variables) {
-    if (!counts[at(i)] && determined_by_[at(i)] < 0) scope.idle.push_back(i);
+    if (!counts[at(i)] && determined_by_[at(i)] < 0) scope.irrelevant.push_back(i);
   }
-  scope.followers = followers(scope);
+  scope.dependent = dependent(scope);
   return scope;
 }
 
-std::vector<RobustScope::Explicit> RobustScopes::follows() const {
+ExplicitEquations RobustScopes::follows() const {
   return in_order(numbers_below(rows_.size()), Marks(rows_.size(), false));
 }
 
@@ -226,7 +226,7 @@ RobustScope RobustScopes::of(Index constraint) const {
     const Index own = determines_[at(row)];
     return own >= 0 ? !matters(own) : std::ranges::none_of(columns_[at(row)], matters);
   });
-  scope.followers = followers(scope);
+  scope.dependent = dependent(scope);
   return scope;
 }
 
@@ -251,8 +251,7 @@ std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v, C
 }
 
 /// Newton's method with a triangular matrix: after each step one more equation holds, at least.
-bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
-              std::vector<double>& v) {
+bool complete(Problem& model, const ExplicitEquations& follows, std::vector<double>& v) {
   if (follows.empty()) return true;
   constexpr double kRounding = 1e-11;  // beside the terms of an equation
   const ProblemStructure& s = model.structure();
@@ -286,7 +285,7 @@ bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
 }
 
 bool can_be_held(const ProblemStructure& s, const RobustScope& scope) {
-  return !scope.followers.empty() || std::ranges::none_of(s.jacobian, [&](Triplet entry) {
+  return !scope.dependent.empty() || std::ranges::none_of(s.jacobian, [&](Triplet entry) {
     return s.variable_players[at(entry.col)] == Player::Min &&
            std::ranges::binary_search(scope.constraints, entry.row);
   });

@@ -39,7 +39,7 @@ class RowOverY final : public ForwardingProblem, private BoxesOf {
       changed_.variable_lower[at(i)] = s.variable_lower[at(i)];
       changed_.variable_upper[at(i)] = s.variable_upper[at(i)];
     }
-    for (const Index i : scope.idle) fix_variable(changed_, i, start_[at(i)]);
+    for (const Index i : scope.irrelevant) fix_variable(changed_, i, start_[at(i)]);
     for (const Index j : rows_) {
       changed_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
       changed_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
