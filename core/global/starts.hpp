@@ -109,7 +109,7 @@ class Starts {
     SearchStructure structure{};
     bool detected = false;
   };
-  class Choice;   // starts_over_y.cpp
+  class Choice;
   class OnRanks;  // starts_over_ranks.cpp
 
   void prepare();
@@ -124,7 +124,6 @@ class Starts {
   [[nodiscard]] SolverOptions one_cold_search() const;
   void note_exception(Index start, std::exception_ptr exception);
   void record(Index start, Result&& result);
-  [[nodiscard]] Answer choose();
   [[nodiscard]] const ProblemStructure& structure() const {
     return workers_.front().model->structure();
   }
