@@ -93,10 +93,7 @@ bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const d
   std::vector<double> g(s.constraint_lower.size());
   if (!inner.constraints(v, true, g)) return false;
   for (const auto j : indices(g)) {
-    if (!(g[j] >= s.constraint_lower[j] - options.constr_viol_tol) ||
-        !(g[j] <= s.constraint_upper[j] + options.constr_viol_tol)) {
-      return false;
-    }
+    if (!(excess_of_row(s, j, g[j]) <= options.constr_viol_tol)) return false;
   }
   return true;
 }

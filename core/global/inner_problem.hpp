@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/global/points.hpp"
+#include "core/global/witnesses.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/options.hpp"

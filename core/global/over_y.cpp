@@ -1,14 +1,12 @@
 #include "core/global/over_y.hpp"
 
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "core/global/inner_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -129,7 +127,7 @@ class MaximizationOverY {
     if (context_.complete) found_.range.accuracy = kSolvedTo * options_.tol;
   }
 
-  [[nodiscard]] MaximaOverY run(Index starts, Points given) {
+  MaximaOverY run(Index starts, Points given) {
     if (starts > 1 && !options_.minmax_concave_in_y) {
       std::vector<double> vertex = best_vertex(inner_);
       if (vertex.empty()) vertex = best_held_vertex();
@@ -172,7 +170,7 @@ class MaximizationOverY {
                         (start < kMostStartsOfRows || !may_be_higher() || often >= kFoundOften);
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !found_.any_certified() && makes_new_starts(options_)) {
-      static_cast<void>(maximize_from({}, options_));
+      maximize_from({}, options_);
     }
     // A search that failed above all maxima, next to the limit, shows that there is a higher one.
     if (limit_ && found_.is_higher(found_.highest(), highest_maximum_) && !found_.unbounded &&
@@ -192,7 +190,7 @@ class MaximizationOverY {
   /// If equations determine the states from few variables with two bounds, as from unknown
   /// parameters: the vertex of these with the largest value, by a solve that holds them there for
   /// each. A solve that diverges, as on an unstable trajectory, may be worse than all others.
-  [[nodiscard]] std::vector<double> best_held_vertex() {
+  std::vector<double> best_held_vertex() {
     if (inner_.start.empty() || inner_.boxed.empty() || inner_.boxed.size() > kMostHeld ||
         inner_.is_box() || !inner_.is_connected())
       return {};
@@ -215,12 +213,12 @@ class MaximizationOverY {
   }
 
   /// The states that equations determine from the boxed variables of v.
-  [[nodiscard]] Result solve_held(std::vector<double> v) {
+  Result solve_held(std::vector<double> v) {
     Held held(inner_.model, inner_.boxed, std::move(v));
     SolverOptions options = without_restarts(options_);
     // Full steps meet one stage of explicit dynamics after the other, wherever they begin.
     options.minmax_pure_newton = true;
-    const Result result = solve_from_start(held, options, context_.budget, observer(), nullptr);
+    Result result = solve_from_start(held, options, context_.budget, observer(), nullptr);
     add_work(result, context_.work);
     ++context_.work.over_y.maximizations;
     return result;
@@ -230,7 +228,7 @@ class MaximizationOverY {
   /// upper ones, and in turn, for random disturbances cancel along a trajectory and what is worst
   /// mostly pushes one way. Then a random one, every other one above it, unless single variables
   /// lead away from Y at once. Empty: the states diverge.
-  [[nodiscard]] std::vector<double> drawn(Index start, SolverOptions& options) {
+  std::vector<double> drawn(Index start, SolverOptions& options) {
     constexpr std::size_t kBangBangStarts = 4;
     if (!holds_box_ && !inner_.boxed.empty() && inner_.equations > 0 &&
         bang_bang_starts_ < kBangBangStarts) {
@@ -254,15 +252,13 @@ class MaximizationOverY {
     return start_above(inner_, center(found_.maxima), std::move(v), number);
   }
 
-  [[nodiscard]] bool is_above_limit(double value) const {
-    return limit_ && found_.is_higher(value, *limit_);
-  }
+  bool is_above_limit(double value) const { return limit_ && found_.is_higher(value, *limit_); }
 
   /// Beside the highest maximum, then beside others, if little more would violate the constraint:
   /// with one variable at another bound. Of maxima of one value, as on a face of Y, beside a few:
   /// those on which x rests have one value, too.
   /// False: nothing more can be done.
-  [[nodiscard]] bool look_beside() {
+  bool look_beside() {
     const SolverOptions options = without_restarts(staying_near(options_));
     const auto looked_at_height_of = [&](double value) {
       Index looked = 0;
@@ -283,8 +279,7 @@ class MaximizationOverY {
       }
       if (!from || is_above_limit(found_.highest())) return true;
       beside_[*from].looked = true;
-      for (std::vector<double>& start :
-           next_to(inner_, found_.maxima[*from].v, beside_[*from].lambda, kBeside)) {
+      for (auto& start : next_to(inner_, found_.maxima[*from].v, beside_[*from].lambda, kBeside)) {
         if (!maximize_from(std::move(start), options)) return false;
       }
     }
@@ -301,17 +296,16 @@ class MaximizationOverY {
     if (found_.maxima.empty()) return;
     const auto [lowest, top] =
         std::ranges::minmax_element(found_.maxima, {}, &WorstCaseMaximum::value);
-    const auto& players = inner_.s.variable_players;
-    std::vector<double> gradient(players.size());
+    std::vector<double> gradient(top->v.size());
     ++context_.work.counts.gradient;
     if (!inner_.model.gradient(top->v, true, gradient)) return;
-    double change = top->value - lowest->value, steepest = options_.nlp_scaling_max_gradient;
-    for (const auto i : indices(gradient)) {
-      if (players[i] != Player::Min) continue;
+    const auto size = [&](std::size_t i) {
+      return context_.sizes != nullptr ? context_.sizes->moved(i) : std::abs(top->v[i]);
+    };
+    const double change = change_by_min(inner_.s, gradient, size, top->value - lowest->value);
+    double steepest = options_.nlp_scaling_max_gradient;
+    for (const std::size_t i : variables_of(inner_.s, Player::Min))
       steepest = std::max(steepest, std::abs(gradient[i]));
-      change += std::abs(gradient[i]) *
-                (context_.sizes != nullptr ? context_.sizes->moved(i) : std::abs(top->v[i]));
-    }
     // A solve meets its constraints as they are scaled.
     accuracy_ *= steepest / options_.nlp_scaling_max_gradient;
     found_.range.cap = std::max(change, accuracy_ / found_.tol);
@@ -320,7 +314,7 @@ class MaximizationOverY {
   }
 
   /// False: nothing more can be done.
-  [[nodiscard]] bool maximize_from(std::vector<double> v, const SolverOptions& options) {
+  bool maximize_from(std::vector<double> v, const SolverOptions& options) {
     if (context_.budget.used_up()) {
       found_.finished = false;
       return false;
@@ -336,7 +330,7 @@ class MaximizationOverY {
     return found_.finished && !is_final(result.status);
   }
 
-  [[nodiscard]] SolveObserver observer() {
+  SolveObserver observer() {
     SolveObserver observer;
     observer.on_iteration = [this](const IterationInfo& info) {
       if (info.iteration == 0) found_.starts.emplace_back(info.v.begin(), info.v.end());
@@ -364,7 +358,7 @@ class MaximizationOverY {
 
   /// Whether the function is above the limit farther out in the direction of a point: where it
   /// runs to a value that it never reaches it is not.
-  [[nodiscard]] bool exceeds_farther_out(const std::vector<double>& v) {
+  bool exceeds_farther_out(const std::vector<double>& v) {
     if (inner_.start.empty()) return false;
     std::vector<double> there = v;
     for (const double times : {1e3, 1e6, 1e9}) {

@@ -6,8 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/global/audit.hpp"
-#include "core/global/points.hpp"
+#include "core/global/witnesses.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/compare.hpp"
 #include "core/options.hpp"
@@ -16,7 +15,6 @@
 #include "core/proof/enclosure.hpp"
 #include "core/result.hpp"
 #include "core/robust/robust_copies.hpp"
-#include "core/robust/row_units.hpp"
 #include "core/worst_case.hpp"
 #include "linalg/numbers.hpp"
 
@@ -145,9 +143,9 @@ struct MaximaOverY : RobustBound {
     return (maxima[k].value - accepted) /
            std::max(range.size(), std::numeric_limits<double>::min());
   }
-  /// The worst case at this y, free to move with x.
-  [[nodiscard]] GivenWorstCase at_y(std::vector<double> v) const {
-    return {constraint, std::move(v), true, false, side};
+  /// The worst case at this y, which moves with x unless it is held.
+  [[nodiscard]] GivenWorstCase at_y(std::vector<double> v, bool held = false) const {
+    return {constraint, std::move(v), true, held, side};
   }
 };
 

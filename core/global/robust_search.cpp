@@ -1,13 +1,15 @@
 #include "core/global/robust_search.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
 
-#include "core/global/choice.hpp"
+#include "core/global/audit.hpp"
 #include "core/global/inner_problem.hpp"
 #include "core/global/worst_case_search.hpp"
+#include "core/model/canonical_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
@@ -37,6 +39,242 @@ constexpr double kActive = 1e-5;
 constexpr double kNearAKink = 0.3;
 /// Times constr_viol_tol, in the units of the rows: a least violation that is none of rounding.
 constexpr double kClearViolation = 10.0;
+
+/// Violation, beside the range of a row, that held y may leave before copies go on.
+constexpr double kCoarse = 1e-3;
+/// Distance, beside the range of each variable, up to which a maximum is that of a copy, which has
+/// moved.
+constexpr double kSameBranch = 0.05;
+/// Scenarios of a constraint for each Min variable, and in all.
+constexpr Index kScenariosPerX = 4;
+constexpr Index kMostScenarios = 100;
+
+/// Of a constraint at v, as each Min variable moves by its size.
+std::vector<double> rounded_gradient_in_x(RobustProgram& program, Index constraint,
+                                          const std::vector<double>& v) {
+  constexpr double kDigits = 1e6;
+  const ProblemStructure& s = program.s;
+  std::vector<double> jacobian(s.jacobian.size()), gradient;
+  ++program.work.counts.jacobian;
+  if (!program.solved.jacobian_rows({&constraint, 1}, v, true, jacobian)) return {};
+  for (const auto k : indices(jacobian)) {
+    const auto [row, col] = s.jacobian[k];
+    if (row == constraint && s.variable_players[at(col)] == Player::Min)
+      gradient.push_back(std::round(kDigits * jacobian[k] * program.ranges.of(at(col))));
+  }
+  return gradient;
+}
+
+/// One at v of each constraint, of each side where it has two. A copy is needed where something
+/// else reads the y, too.
+WorstCases worst_cases_at(const RobustProgram& program, const std::vector<double>& v) {
+  const ProblemStructure& s = program.s;
+  const SolverOptions& options = program.options;
+  WorstCases chosen;
+  std::vector<Index> readers(v.size(), 0);
+  const std::vector<Index> rows = robust_constraints(s);
+  for (const Index row : rows) {
+    for (const Index i : program.scopes.all_of(row).variables) ++readers[at(i)];
+  }
+  for (const Index row : rows) {
+    const bool shared = std::ranges::any_of(program.scopes.all_of(row).variables, [&](Index i) {
+      return program.reads_y[at(i)] || readers[at(i)] > 1;
+    });
+    const double lower = s.constraint_lower[at(row)], upper = s.constraint_upper[at(row)];
+    const bool two_sided = lower > options.nlp_lower_bound_inf &&
+                           upper < options.nlp_upper_bound_inf && lower < upper &&
+                           options.minmax_robust_copies;
+    const bool copied = shared && options.minmax_robust_copies;
+    chosen.push_back({row, v, copied, false, two_sided ? 1 : 0});
+    if (two_sided) chosen.push_back({row, v, true, false, -1});
+  }
+  return chosen;
+}
+
+/// Those of the last solve near their limits; or else the one nearest to its bound.
+WorstCases known_worst_cases(const RobustProgram& program,
+                             const std::vector<RobustWorstCase>& last) {
+  const ProblemStructure& s = program.asked_s;
+  WorstCases chosen;
+  std::optional<GivenWorstCase> nearest;
+  double least = kInfinity;
+  if (!program.options.minmax_robust_copies) return chosen;
+  for (const RobustWorstCase& one : last) {
+    if (one.constraint < 0 || at(one.constraint) >= s.constraint_players.size() ||
+        one.v.size() != s.variable_players.size() || !all_finite(one.v))
+      continue;
+    const double above = s.constraint_upper[at(one.constraint)] - one.value;
+    const double below = one.value - s.constraint_lower[at(one.constraint)];
+    const int side = one.side != 0 ? one.side : above <= below ? 1 : -1;
+    GivenWorstCase copy{one.constraint, one.v, true, false, side};
+    const double distance = side > 0 ? above : below;
+    if (one.active || (one.range > 0.0 && is_near_limit(distance, one.range))) {
+      chosen.push_back(std::move(copy));
+    } else if (!(distance >= least)) {
+      least = distance;
+      nearest = std::move(copy);
+    }
+  }
+  if (chosen.empty() && nearest) chosen.push_back(std::move(*nearest));
+  return chosen;
+}
+
+/// The maxima that are active or nearly so at their x, or the one nearest to it, free to move with
+/// x. One is enough of a constraint's maxima that have one gradient in x, as on a face of y.
+WorstCases active_maxima(RobustProgram& program, const MaximaOfRows& maxima, double nearly) {
+  WorstCases active;
+  const MaximaOverY* highest = nullptr;
+  for (const MaximaOverY& row : maxima) {
+    Points gradients;
+    for (std::size_t k = 0; k < row.maxima.size() && row.excess(k) > -nearly; ++k) {
+      const std::vector<double>& v = row.maxima[k].v;
+      gradients.push_back(rounded_gradient_in_x(program, row.constraint, v));
+      if (std::ranges::count(gradients, gradients.back()) == 1) active.push_back(row.at_y(v));
+    }
+    if (row.maxima.empty()) continue;
+    if (highest == nullptr || row.excess(0) > highest->excess(0)) highest = &row;
+  }
+  if (active.empty() && highest != nullptr)
+    active.push_back(highest->at_y(highest->maxima.front().v));
+  return active;
+}
+
+/// The y where maximizations at the x of v begin and end, and random ones: fewer than there are x
+/// would leave x unbounded. One that Max constraints restrain begins anywhere.
+WorstCases many_scenarios(const RobustProgram& program, const MaximaOfRows& maxima,
+                          const std::vector<double>& v) {
+  const ProblemStructure& s = program.s;
+  WorstCases taken;
+  const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
+  const Index most = std::min<Index>(kScenariosPerX * of_min, kMostScenarios);
+  for (const MaximaOverY& row : maxima) {
+    const RobustScope scope = program.scopes.of(row.constraint);
+    const auto take = [&](std::vector<double> at_y, bool held) {
+      taken.push_back({row.constraint, std::move(at_y), true, held});
+    };
+    if (scope.constraints.empty()) {
+      for (const auto& start : row.starts) take(start, true);
+      for (Index start = program.starts; start < most; ++start)
+        take(random_start(s, v, start, program.options), true);
+    }
+    const bool held = can_be_held(s, scope);
+    for (const WorstCaseMaximum& found : row.maxima) take(found.v, held);
+  }
+  return taken;
+}
+
+/// Adds one more worst case of each side whose largest maximum exceeds the bound; with held y one
+/// of each maximum that does, and each vertex where the dependent states diverge, so that x moves to
+/// where they do not. One that a copy has left to its barrier, or that violates the row slightly,
+/// is held where it is: y's own error is of second order there. Whether there were any.
+/// vertices: that were added so far.
+bool add_violated(const RobustProgram& program, const MaximaOfRows& maxima, double tolerance,
+                  bool held, std::size_t& vertices, WorstCases& list) {
+  const std::size_t before = list.size();
+  for (const MaximaOverY& row : maxima) {
+    const RobustScope scope = program.scopes.of(row.constraint);
+    const bool can_hold = can_be_held(program.s, scope);
+    for (std::size_t k = 0; k < row.maxima.size() && (k == 0 || held); ++k) {
+      if (!row.violates(k, tolerance)) break;
+      const std::vector<double>& v = row.maxima[k].v;
+      // What a held one does not prevent is another one, however near; a copy has moved.
+      const double same = held ? 0.0 : kSameBranch;
+      const bool known = std::ranges::any_of(list, [&](const GivenWorstCase& other) {
+        return other.is_of(row.constraint, row.side) && (!held || other.held) &&
+               same_point(other.v, v, program.ranges, scope.variables, same);
+      });
+      if (known && (held || !can_hold)) continue;
+      list.push_back(row.at_y(v, can_hold && (held || known || row.excess(k) < kCoarse)));
+    }
+    // More than there are vertices of three variables are the same ones again.
+    for (const auto& vertex : row.infeasible_vertices) {
+      if (!held || vertices >= (1U << kMostHeld)) break;
+      ++vertices;
+      list.push_back(row.at_y(vertex, can_hold));
+    }
+  }
+  return list.size() > before;
+}
+
+/// Moves y into its bounds. Whether it then meets Max's constraints, but for its dependent states:
+/// the y of a start is nothing that Max may choose otherwise.
+bool move_to_max(RobustProgram& program, const RobustScope& scope, std::vector<double>& v) {
+  const ProblemStructure& s = program.s;
+  for (const Index i : scope.variables)
+    v[at(i)] = std::clamp(v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+  if (scope.constraints.empty() || !scope.dependent.empty()) return true;
+  std::vector<double> g(s.constraint_players.size());
+  ++program.work.counts.constraints;
+  if (!program.solved.constraint_rows(scope.constraints, v, true, g)) return false;
+  return std::ranges::all_of(scope.constraints, [&](Index row) {
+    return excess_of_row(s, at(row), g[at(row)]) <= program.options.constr_viol_tol;
+  });
+}
+
+/// Moves y across the bounds that it is at, of variables or written as a row of one variable.
+/// Whether there were any.
+bool cross_bounds(RobustProgram& program, const RobustScope& scope, std::vector<double>& v) {
+  constexpr double kAt = 16.0, kAcross = 2.0;  // relaxations of a bound
+  const ProblemStructure& s = program.s;
+  bool any = false;
+  const auto cross = [&](double& y, double slope, double value, double lower, double upper) {
+    for (const double bound : {lower, upper}) {
+      const double relaxed = relaxation(bound, upper - lower, program.options);
+      const double past = value - bound;
+      if (lower == upper || !(std::abs(past) <= kAt * relaxed)) continue;
+      y += (bound + (past > 0.0 ? -kAcross : kAcross) * relaxed - value) / slope;
+      any = true;
+    }
+  };
+  for (const Index i : scope.variables)
+    cross(v[at(i)], 1.0, v[at(i)], s.variable_lower[at(i)], s.variable_upper[at(i)]);
+  if (scope.constraints.empty()) return any;
+  std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size());
+  if (!program.solved.constraint_rows(scope.constraints, v, true, g) ||
+      !program.solved.jacobian_rows(scope.constraints, v, false, jacobian))
+    return any;
+  ++program.work.counts.constraints;
+  ++program.work.counts.jacobian;
+  const auto entries = entries_of_rows(s);
+  for (const Index row : scope.constraints) {
+    if (entries[at(row)].size() != 1) continue;
+    const std::size_t k = entries[at(row)].front();
+    if (jacobian[k] != 0.0)
+      cross(v[at(s.jacobian[k].col)], jacobian[k], g[at(row)], s.constraint_lower[at(row)],
+            s.constraint_upper[at(row)]);
+  }
+  return any;
+}
+
+/// Whether the x of two points of n values is the same. A Min variable that is zero has no size of
+/// its own: a step that is small beside the other variables counts by what it changes of the
+/// constraints at these worst cases, whose units are their sizes.
+bool is_same_x(RobustProgram& program, const WorstCases& worst_cases, const std::vector<double>& v,
+               const std::vector<double>& other) {
+  const ProblemStructure& s = program.s;
+  const SolverOptions& options = program.options;
+  std::vector<std::size_t> moved;
+  double largest = 0.0;
+  for (const std::size_t i : variables_of(s, Player::Min)) {
+    largest = std::max(largest, program.ranges.of(i));
+    if (std::abs(other[i] - v[i]) > options.minmax_distinct_tol * program.ranges.of(i))
+      moved.push_back(i);
+  }
+  if (moved.empty()) return true;
+  std::vector<double> jacobian(s.jacobian.size()), slopes(v.size(), 0.0);
+  for (const GivenWorstCase& one : worst_cases) {
+    ++program.work.counts.jacobian;
+    if (!program.solved.jacobian(one.v, true, jacobian)) return false;
+    for (const auto k : indices(jacobian)) {
+      double& slope = slopes[at(s.jacobian[k].col)];
+      slope = std::max(slope, std::abs(jacobian[k]));
+    }
+  }
+  return std::ranges::none_of(moved, [&](std::size_t i) {
+    const double step = std::abs(other[i] - v[i]);
+    return slopes[i] * step > options.minmax_worst_case_tol || step > options.tol * largest;
+  });
+}
 
 class RobustSearch {
  public:
@@ -94,7 +332,7 @@ class RobustSearch {
     static_cast<void>(rounds(Y::Moving));
   }
 
-  [[nodiscard]] Result take_answer() {
+  Result take_answer() {
     if (program_.work.over_y.solves == 0)  // cut short before it began
       answer = without_point(budget_.interrupted().value_or(Status::MaxIterations), "");
     set_work(program_.work, answer);
@@ -359,10 +597,10 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
   const ProblemStructure& s = model.structure();
   std::vector<bool> reads(start.size(), false);
   std::vector<double> gradient(start.size());
-  for (const std::vector<double>& v : points_around(s, start)) {
+  for (const auto& v : points_around(s, start)) {
     if (!all_finite(v) || !model.gradient(v, true, gradient)) continue;
-    for (const auto i : indices(v)) {
-      if (s.variable_players[i] == Player::Max && gradient[i] != 0.0) reads[i] = true;
+    for (const std::size_t i : variables_of(s, Player::Max)) {
+      if (gradient[i] != 0.0) reads[i] = true;
     }
   }
   return reads;

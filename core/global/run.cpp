@@ -41,7 +41,7 @@ std::string error_over_y(Problem& model, const SolverOptions& options) {
                       : options.minmax_epigraph          ? "minmax_epigraph"
                       : options.minmax_epigraph_at_kinks ? "minmax_epigraph_at_kinks"
                                                          : nullptr;
-  if (asked == nullptr || !has_valid_indices(model.structure()) ||
+  if (asked == nullptr || !check_indices(model.structure()).empty() ||
       !has_max_variables(model.structure())) {
     return {};
   }

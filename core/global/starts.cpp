@@ -7,6 +7,7 @@
 #include <system_error>
 #include <thread>
 
+#include "core/global/audit.hpp"
 #include "core/global/over_y.hpp"
 #include "core/global/refinement.hpp"
 #include "core/model/compare.hpp"
@@ -16,7 +17,6 @@
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/result_bytes.hpp"
 #include "core/robust/robust_scope.hpp"
-#include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/worst_case.hpp"
@@ -70,7 +70,7 @@ class Starts::Choice {
   /// Over f, at a point with the value of an inner maximum, as far as the search tells; where f is
   /// treated as a robust constraint that was done already, and with a negative factor of the
   /// objective the inner player minimizes.
-  [[nodiscard]] bool may_look_over_y(const Result& result) const {
+  bool may_look_over_y(const Result& result) const {
     return (is_success(result.status) || result.status == Status::NoLocalMinmaxFound) &&
            !all_.maximization_ && !(result.objective_scale < 0.0) && !result.v.empty() &&
            all_finite(result.v) && result.over_y.branches == 0 && !options_.minmax_epigraph &&
@@ -133,7 +133,7 @@ class Starts::Choice {
   }
 
   /// The best certified point; where there is none the best other one, kept in the answer.
-  [[nodiscard]] std::pair<Result*, Index> best_so_far() {
+  std::pair<Result*, Index> best_so_far() {
     DistinctPoint* best = nullptr;
     for (DistinctPoint& point : answer_.points) {
       if (best == nullptr || better(point.result, best->result)) best = &point;
@@ -347,41 +347,13 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
       if (start == 0) outcomes_.work.counts += calls;
     }
     Restarted model(*worker.model, v);  // which keeps its start
-    record(start, refine(worker, model, start, v, options));
+    const bool among_others = workers_.size() > 1 || !is_first_rank_;
+    record(start,
+           refine({model, options, budget_, start, among_others, worker.structure, known_}, v));
     if (start == 0) model_start_ = model.model_start();
   } catch (...) {
     note_exception(start, std::current_exception());
   }
-}
-
-/// One start, audited with the y that it has met itself, so that it does not depend on others. A
-/// robust constraint that one of these violates is solved again with it.
-Result Starts::refine(Worker& worker, Problem& model, Index start, const std::vector<double>& v,
-                      const SolverOptions& options) try {
-  constexpr int kMostRefuted = 2;
-  const bool among_others = workers_.size() > 1 || !is_first_rank_;
-  std::vector<RobustWorstCase> known;
-  if (start == 0) known = known_;
-  Witnesses met(model.structure());
-  std::vector<double> from = v;
-  std::optional<Result> refuted;
-  for (int round = 0;; ++round) {
-    Result result = Refinement{options, budget_, among_others, known, met}.from(model, from, start,
-                                                                                worker.structure);
-    met.add(result);
-    if (refuted) add_work(*refuted, result);
-    audit(model, options, met, budget_, result, result.counts);
-    const bool by_row = result.over_y.better_known && !result.worst_case.higher &&
-                        !result.worst_cases.empty() && !options.minmax_epigraph;
-    if (!by_row || round == kMostRefuted || budget_.used_up()) return result;
-    from = result.v;
-    known = result.worst_cases;
-    for (RobustWorstCase& one : known) one.range = 0.0;  // none is followed alone
-    refuted = std::move(result);
-  }
-} catch (const std::bad_alloc&) {  // between two solves
-  budget_.stop(Status::OutOfMemory);
-  return without_point(Status::OutOfMemory, "out of memory");
 }
 
 void Starts::note_exception(Index start, std::exception_ptr exception) {

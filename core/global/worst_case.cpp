@@ -13,7 +13,6 @@
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/gap.hpp"
 #include "core/global/audit.hpp"
-#include "core/global/choice.hpp"
 #include "core/global/inner_problem.hpp"
 #include "core/global/over_y.hpp"
 #include "core/model/compare.hpp"
@@ -94,7 +93,7 @@ struct SecondDerivatives {
     known = all_finite(errors);
   }
 
-  [[nodiscard]] bool may_vanish() const {
+  bool may_vanish() const {
     for (const auto k : indices(w)) {
       if (std::abs(w[k]) > errors[at(s.hessian[k].row)]) return false;
     }
@@ -102,7 +101,7 @@ struct SecondDerivatives {
   }
 
   /// Whether a player's own may have no eigenvalue of the wrong sign. tol: of diagonal entries.
-  [[nodiscard]] bool may_suit(Player player, double tol) const {
+  bool may_suit(Player player, double tol) const {
     std::vector<Eigen::Triplet<double>> entries;
     for (Index i = 0; i < std::ssize(errors); ++i) {
       const double shift = errors[at(i)] + std::numeric_limits<double>::min();

@@ -61,8 +61,8 @@ MaximaOfRows WorstCaseSearch::run(const std::vector<double>& v, Index starts,
   program_.ranges.see(v);
   const std::vector<RobustBound> sides = bounded_sides(program_.s, program_.options);
   MaximaOfRows found(sides.size());
-  const auto maximize_side = [&](std::size_t k, const Own& own) {
-    found[k] = maximize(sides[k], {v, starts, known}, own);
+  const auto maximize_side = [&](std::size_t k, Problem& form, Result& work, Witnesses& seen) {
+    found[k] = maximize({sides[k], v, starts, known, form, work, seen});
     static_cast<RobustBound&>(found[k]) = sides[k];
   };
   if (have_clones(std::min(at(program_.options.minmax_threads), sides.size()))) {
@@ -70,7 +70,7 @@ MaximaOfRows WorstCaseSearch::run(const std::vector<double>& v, Index starts,
     std::deque<Witnesses> witnesses;
     while (witnesses.size() < sides.size()) witnesses.emplace_back(program_.asked_s);
     share_tasks(workers_, clones_.size(), sides.size(), [&](std::size_t k, std::size_t thread) {
-      maximize_side(k, {*clones_[thread], work[k], witnesses[k]});
+      maximize_side(k, *clones_[thread], work[k], witnesses[k]);
     });
     for (const auto k : indices(work)) {
       add_work(work[k], program_.work);
@@ -78,7 +78,7 @@ MaximaOfRows WorstCaseSearch::run(const std::vector<double>& v, Index starts,
     }
   } else {
     for (const auto k : indices(sides))
-      maximize_side(k, {program_.solved, program_.work, program_.witnesses});
+      maximize_side(k, program_.solved, program_.work, program_.witnesses);
   }
   ++searches_;
   for (const MaximaOverY& side : found) {
@@ -99,58 +99,56 @@ bool WorstCaseSearch::have_clones(std::size_t threads) {
   return true;
 }
 
-MaximaOverY WorstCaseSearch::maximize(const RobustBound& bound, const From& from,
-                                      const Own& own) const {
-  RobustScope scope = program_.scopes.of(bound.constraint);
-  MaximaOverY found = maximize_in(scope, bound, from, own);
+MaximaOverY WorstCaseSearch::maximize(const Side& side) const {
+  RobustScope scope = program_.scopes.of(side.bound.constraint);
+  MaximaOverY found = maximize_in(scope, side);
   if (!found.completed) {  // where a trajectory that goes on diverges y is not Max's
-    scope = program_.scopes.all_of(bound.constraint);
-    found = maximize_in(scope, bound, from, own);
+    scope = program_.scopes.all_of(side.bound.constraint);
+    found = maximize_in(scope, side);
   }
-  if (scope.irrelevant.empty() || !scope.follows.empty() || from.starts == 0) return found;
+  if (scope.irrelevant.empty() || !scope.follows.empty() || side.starts == 0) return found;
   // What cannot change the row may decide which y have a solution of the equations at all.
   scope.irrelevant.clear();
-  MaximaOverY other = maximize_in(scope, bound, from, own);
+  MaximaOverY other = maximize_in(scope, side);
   return other.is_higher(other.highest(), found.highest()) ? other : found;
 }
 
 /// If x rested on the worst case that is followed, the side is searched from `starts` starts alone.
 /// Else, if this maximum is far from the limit when it has moved with x, the side is not searched
 /// further.
-MaximaOverY WorstCaseSearch::maximize_in(const RobustScope& scope, const RobustBound& of,
-                                         const From& from, const Own& own) const {
+MaximaOverY WorstCaseSearch::maximize_in(const RobustScope& scope, const Side& of) const {
   MaximaOverY found;
   if (program_.budget.used_up()) return found;
-  const auto& [row, side, bound, accepted] = of;
+  const auto& [row, side, bound, accepted] = of.bound;
   const RowUnits& units = program_.units;
   const double factor = units.factor[at(row)];
   Points given;
-  for (const GivenWorstCase& other : from.known) {
+  for (const GivenWorstCase& other : of.known) {
     if (other.is_of(row, side)) given.push_back(other.v);
   }
   const auto last = std::ranges::find_if(followed_, [&](const RobustWorstCase& one) {
-    return of.is_of(one) && one.v.size() == from.v.size();
+    return of.bound.is_of(one) && one.v.size() == of.v.size();
   });
   const bool is_followed = last != followed_.end(), was_active = is_followed && last->active;
   SolverOptions options = program_.options;
-  if (&own.form != &program_.solved) options.minmax_threads = 1;  // beside other sides
+  if (&of.form != &program_.solved) options.minmax_threads = 1;  // beside other sides
   MaximizationContext context{.options = options,
                               .budget = program_.budget,
                               .start = program_.start,
                               .told = program_.asked_s,
-                              .work = own.work,
+                              .work = of.work,
                               // None begins where a search before it did.
                               .drawn = std::max(kMostStartsOfASearch, program_.starts) * searches_,
-                              .witnesses = &own.witnesses,
+                              .witnesses = &of.witnesses,
                               .size = units.size[at(row)],
                               .sizes = &program_.ranges};
   if (!scope.follows.empty())
-    context.complete = [&](auto& v) { return complete(own.form, scope.follows, v); };
+    context.complete = [&](auto& v) { return complete(of.form, scope.follows, v); };
   if (is_followed && !was_active) {
-    std::vector<double> v = from.v;
+    std::vector<double> v = of.v;
     for (const Index i : scope.variables) v[at(i)] = last->v[at(i)];
     for (const auto& [equation, i] : scope.follows) v[at(i)] = last->v[at(i)];
-    RowOverY problem(own.form, row, side, std::move(v), scope);
+    RowOverY problem(of.form, row, side, std::move(v), scope);
     context.options = without_restarts(staying_near(options));
     found = maximize_over_y(problem, 1, {}, context);
     if (found.is_complete()) {
@@ -162,10 +160,10 @@ MaximaOverY WorstCaseSearch::maximize_in(const RobustScope& scope, const RobustB
     }
     context.options = options;
   }
-  RowOverY problem(own.form, row, side, from.v, scope);
-  if (was_active) context.options.minmax_worst_case_starts = from.starts;  // and no more
-  found = maximize_over_y(problem, from.starts, given, context,
-                          from.starts > 0 ? std::optional(accepted) : std::nullopt);
+  RowOverY problem(of.form, row, side, of.v, scope);
+  if (was_active) context.options.minmax_worst_case_starts = of.starts;  // and no more
+  found = maximize_over_y(problem, of.starts, given, context,
+                          of.starts > 0 ? std::optional(accepted) : std::nullopt);
   if (!found.may_be_higher()) found.spread = (found.range.most - found.range.least) / factor;
   if (was_active) {
     found.spread = std::max(found.spread, last->range);

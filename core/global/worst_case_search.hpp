@@ -25,24 +25,20 @@ class WorstCaseSearch {
   void follow_none() { followed_.clear(); }
 
  private:
-  /// Where a search begins.
-  struct From {
+  /// The search of one side: where it begins, and what no other thread uses.
+  struct Side {
+    const RobustBound& bound;
     const std::vector<double>& v;
     Index starts;
     const WorstCases& known;
-  };
-  /// What the search of one side uses, which no other thread does.
-  struct Own {
     Problem& form;  ///< the solved one, or a clone of it
     Result& work;
     Witnesses& witnesses;
   };
 
-  [[nodiscard]] bool have_clones(std::size_t threads);
-  [[nodiscard]] MaximaOverY maximize(const RobustBound& bound, const From& from,
-                                     const Own& own) const;
-  [[nodiscard]] MaximaOverY maximize_in(const RobustScope& scope, const RobustBound& of,
-                                        const From& from, const Own& own) const;
+  bool have_clones(std::size_t threads);
+  MaximaOverY maximize(const Side& side) const;
+  MaximaOverY maximize_in(const RobustScope& scope, const Side& of) const;
 
   RobustProgram& program_;
   std::vector<RobustWorstCase> followed_;

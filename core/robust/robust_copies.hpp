@@ -195,7 +195,7 @@ class RobustCopies final : public Problem {
 
  private:
   /// The first worst case of a constraint; null: none, the constraint does not count.
-  [[nodiscard]] const Part* first_of(Index constraint) const {
+  const Part* first_of(Index constraint) const {
     for (const Part& part : worst_cases()) {
       if (part.worst_case.constraint == constraint) return &part;
     }
@@ -255,8 +255,7 @@ class RobustCopies final : public Problem {
     }
   }
 
-  [[nodiscard]] Index copy_variable(Index i, std::size_t copy, Player player, double value,
-                                    bool held) {
+  Index copy_variable(Index i, std::size_t copy, Player player, double value, bool held) {
     const ProblemStructure& s = model_.structure();
     model_variable_.push_back(i);
     if (!s.variable_units.empty()) structure_.variable_units.push_back(s.variable_units[at(i)]);
@@ -265,7 +264,7 @@ class RobustCopies final : public Problem {
                         label_of_copy(s.variable_names, s.variable_numbers, i, copy));
   }
 
-  [[nodiscard]] Index copy_row(Index j, std::size_t copy, Player player) {
+  Index copy_row(Index j, std::size_t copy, Player player) {
     const ProblemStructure& s = model_.structure();
     model_row_.push_back(j);
     return add_constraint(structure_, player, s.constraint_lower[at(j)], s.constraint_upper[at(j)],
@@ -340,7 +339,7 @@ class RobustCopies final : public Problem {
   }
 
   /// False: the budget is interrupted.
-  [[nodiscard]] bool load(std::span<const double> v, const Part& part) {
+  bool load(std::span<const double> v, const Part& part) {
     for (const auto i : indices(v_)) v_[i] = v[at(part.column[i])];
     return !budget_.interrupted();
   }

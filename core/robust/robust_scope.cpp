@@ -1,7 +1,6 @@
 #include "core/robust/robust_scope.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
@@ -40,10 +39,8 @@ std::vector<std::vector<std::size_t>> entries_of_rows(const ProblemStructure& s)
   return entries;
 }
 
-bool has_valid_indices(const ProblemStructure& s) { return check_indices(s).empty(); }
-
 std::vector<Index> robust_constraints(const ProblemStructure& s) {
-  if (!has_valid_indices(s)) return {};
+  if (!check_indices(s).empty()) return {};  // a solve says what is wrong
   std::vector<Index> rows;
   for (const auto [row, col] : s.jacobian) {
     if (s.constraint_players[at(row)] == Player::Min &&
@@ -238,7 +235,7 @@ std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v, C
   if (!any) return {};
   std::vector<double> first, other(s.jacobian.size());
   std::vector<bool> linear(other.size(), true);
-  for (const std::vector<double>& point : points_around(s, v)) {
+  for (const auto& point : points_around(s, v)) {
     ++counts.jacobian;
     if (!all_finite(point) || !model.jacobian(point, true, other)) return {};
     if (first.empty()) first = other;

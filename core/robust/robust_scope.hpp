@@ -1,14 +1,13 @@
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "core/problem.hpp"
 #include "core/result.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
-
-/// Whether indices can be followed; a solve says what is wrong with others.
-[[nodiscard]] bool has_valid_indices(const ProblemStructure& structure);
 
 /// The robust constraints of a model, ascending; none where indices cannot be followed.
 [[nodiscard]] std::vector<Index> robust_constraints(const ProblemStructure& structure);
@@ -16,6 +15,27 @@ namespace ipminmax {
 /// Indices of a player's variables, ascending.
 [[nodiscard]] std::vector<std::size_t> variables_of(const ProblemStructure& structure,
                                                     Player player);
+
+/// What a function with these slopes (n) changes by as each Min variable moves by size(i), beside
+/// another change.
+[[nodiscard]] double change_by_min(const ProblemStructure& s, const std::vector<double>& slopes,
+                                   const auto& size, double change = 0.0) {
+  for (const std::size_t i : variables_of(s, Player::Min)) change += std::abs(slopes[i]) * size(i);
+  return change;
+}
+
+/// The same of each constraint. jacobian: the entries.
+[[nodiscard]] std::vector<double> changes_by_min(const ProblemStructure& s,
+                                                 const std::vector<double>& jacobian,
+                                                 const auto& size) {
+  std::vector<double> changes(s.constraint_players.size(), 0.0);
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = s.jacobian[k];
+    if (s.variable_players[at(col)] == Player::Min)
+      changes[at(row)] += std::abs(jacobian[k]) * size(at(col));
+  }
+  return changes;
+}
 
 /// Indices that are marked, ascending.
 [[nodiscard]] std::vector<Index> marked(const std::vector<bool>& marks);
@@ -66,10 +86,9 @@ class RobustScopes {
  private:
   using Marks = std::vector<bool>;
   void match_from(Index row);
-  [[nodiscard]] Marks matters(Index constraint, const std::vector<Index>& constraints) const;
-  [[nodiscard]] std::vector<Index> dependent(const RobustScope& scope) const;
-  [[nodiscard]] ExplicitEquations in_order(const std::vector<Index>& variables,
-                                           const Marks& without) const;
+  Marks matters(Index constraint, const std::vector<Index>& constraints) const;
+  std::vector<Index> dependent(const RobustScope& scope) const;
+  ExplicitEquations in_order(const std::vector<Index>& variables, const Marks& without) const;
 
   const ProblemStructure* structure_;
   std::vector<std::vector<Index>> columns_;  ///< of each constraint, Max's
