@@ -164,9 +164,9 @@ WorstCases many_scenarios(const RobustProgram& program, const MaximaOfRows& maxi
 }
 
 /// Adds one more worst case of each side whose largest maximum exceeds the bound; with held y one
-/// of each maximum that does, and each vertex where the dependent states diverge, so that x moves to
-/// where they do not. One that a copy has left to its barrier, or that violates the row slightly,
-/// is held where it is: y's own error is of second order there. Whether there were any.
+/// of each maximum that does, and each vertex where the dependent states diverge, so that x moves
+/// to where they do not. One that a copy has left to its barrier, or that violates the row
+/// slightly, is held where it is: y's own error is of second order there. Whether there were any.
 /// vertices: that were added so far.
 bool add_violated(const RobustProgram& program, const MaximaOfRows& maxima, double tolerance,
                   bool held, std::size_t& vertices, WorstCases& list) {
