@@ -407,13 +407,14 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
   for (std::size_t k = 0; k < std::min(of_max.size(), kMostVariables); ++k) {
     // What goes back from a relaxed bound changes f by that.
     constexpr double kFarBesideRelaxation = 16.0;
-    const double least = kFarBesideRelaxation *
-                         excess(own[k], s.variable_lower[of_max[k]], s.variable_upper[of_max[k]]);
+    const std::size_t i = of_max[k];
+    const double least =
+        kFarBesideRelaxation * excess(own[k], s.variable_lower[i], s.variable_upper[i]);
     for (const double sign : {-1.0, 1.0}) {
       const auto rises_by = [&](double step, double tol) -> double {
-        if (step * sizes.of(of_max[k]) < least) return 0.0;
+        if (step * sizes.of(i) < least) return 0.0;
         std::vector<double> y = own;
-        y[k] += sign * step * sizes.of(of_max[k]);
+        y[k] += sign * step * sizes.of(i);
         WitnessTest beside = here;
         beside.add({y}, {});
         const auto* higher = beside.higher(tol);
