@@ -296,11 +296,12 @@ class MaximizationOverY {
     if (found_.maxima.empty()) return;
     const auto [lowest, top] =
         std::ranges::minmax_element(found_.maxima, {}, &WorstCaseMaximum::value);
-    std::vector<double> gradient(top->v.size());
+    const std::vector<double>& v = top->v;
+    std::vector<double> gradient(v.size());
     ++context_.work.counts.gradient;
-    if (!inner_.model.gradient(top->v, true, gradient)) return;
+    if (!inner_.model.gradient(v, true, gradient)) return;
     const auto size = [&](std::size_t i) {
-      return context_.sizes != nullptr ? context_.sizes->moved(i) : std::abs(top->v[i]);
+      return context_.sizes != nullptr ? context_.sizes->moved(i) : std::abs(v[i]);
     };
     const double change = change_by_min(inner_.s, gradient, size, top->value - lowest->value);
     double steepest = options_.nlp_scaling_max_gradient;
