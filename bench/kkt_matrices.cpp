@@ -3,7 +3,7 @@
 
 #include <support/forwarding_problem.hpp>
 
-#include "core/kkt/layout.hpp"
+#include "core/kkt/block.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/initial_point.hpp"

@@ -499,11 +499,11 @@ Rows certificate_options() {
        "How much the second-order test at a first-order point may cost.",
        choice(
            &O::minmax_certificate, {"full", "quick", "none", "proved"},
-           {"the test tries to certify or refute the point with at most 20 factorizations (40 if "
-            "K has at most 300 rows), or a fifth of those of the rest of the solve if that is "
-            "more. Else the point is undecided",
-            "at most two factorizations of K_yy and of K. Only points with clear curvature and "
-            "clear active bounds are certified, and clearly wrong ones refuted",
+           {"the test tries to certify or refute the point with at most 15 factorizations (43 if "
+            "K has at most 300 rows, or with copies of y), or a fifth of those of the rest of the "
+            "solve if that is more, and some to refute. Else the point is undecided",
+            "at most two factorizations of K_yy and of K, and more only if an inertia is clearly "
+            "wrong. Only points with clear curvature and clear active bounds are certified",
             "no test, for minimizations at Ipopt's cost. The test result is \"not tested\", "
             "and a saddle is not told from a minimum. Refused with Max variables",
             "as full, and interval arithmetic then proves that a strict local minmax of "
@@ -511,8 +511,8 @@ Rows certificate_options() {
             "see docs/proof.md"})},
       {"minmax_curvature_tol", category,
        "Curvature below which the second-order test calls an eigenvalue zero, in "
-       "scaled variables: in these the entries of the Hessian are at most 1, so the "
-       "units of the model do not matter.",
+       "scaled variables: in these the entries of the Hessian between variables with "
+       "curvature are at most 1, so the units of the model do not matter.",
        positive(&O::minmax_curvature_tol)},
   };
 }

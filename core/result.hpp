@@ -69,8 +69,8 @@ enum class SecondOrder : std::uint8_t {
   Satisfied,
   Undecided,  ///< neither certified nor refuted; Certificate::reasons say why
   Violated,   ///< refuted: a player gains along some direction
-  /// Not refuted, and the value stays the same, to rounding, along every direction without
-  /// curvature: one of many equally good x (without x: of many equally good y).
+  /// Not refuted, and the value stays the same, to rounding, along the directions without curvature
+  /// that were tried: one of many equally good x (without x: of many equally good y).
   Flat
 };
 [[nodiscard]] std::string_view name_of(SecondOrder outcome);
@@ -92,15 +92,21 @@ struct CertificateReason {
     Dependent,          ///< an active constraint whose gradient is a combination of others'
     VanishingGradient,  ///< an active constraint without a gradient
     FlatDirection,      ///< the value is constant along a direction
-    LittleCurvature,    ///< no curvature along a direction, but the value is not constant
-    WrongCurvature,     ///< the player gains along a direction
-    NotIsolated,        ///< Newton's method does not contract towards a solution
-    /// Second derivatives change by more than the curvature on the way to the solution.
+    /// No curvature along a direction, but the value is not constant; or the curvature is neither
+    /// clearly right nor clearly wrong.
+    LittleCurvature,
+    WrongCurvature,  ///< the player gains along a direction
+    /// Newton's method does not contract towards a solution, changes the active set, leads too far
+    /// from the point or to where the model is undefined.
+    NotIsolated,
+    /// Gradients of active constraints change too much on the way to the solution, or first
+    /// derivatives jump next to active bounds.
     Unsteady,
     RobustRow,     ///< the worst case of a robust constraint is not certain
     Differences,   ///< second derivatives from differences are too uncertain
     WrongHessian,  ///< second derivatives disagree with gradients, or these with values
-    Effort,        ///< the test stopped early: minmax_certificate quick, or out of factorizations
+    /// The test stopped early: minmax_certificate quick, out of factorizations, or out of memory.
+    Effort,
     /// The point passed the test, but the solve was no success: a y with a higher f or a violated
     /// robust constraint is known, or the search was not finished.
     Search,
@@ -120,27 +126,32 @@ struct CertificateReason {
 struct Certificate {
   PointKind kind = PointKind::Unknown;
   SecondOrder second_order = SecondOrder::NotTested;
+  /// What was not measured is as expected (a certified point, minmax_certificate quick, undefined
+  /// derivatives), or zero if factorizations or memory ran out.
   Inertia inner, inner_expected;
   Inertia full, full_expected;
-  /// Curvature that the test added to W_yy in K_yy and subtracted from W in K while both inertias
-  /// stayed as expected (docs/certificate.md), in scaled variables (docs/algorithm.md, "Variable
-  /// scaling"). It says how reliable the test is, not how robust the design. 0 unless Satisfied.
+  /// Curvature that the test added to W_yy in K_yy and subtracted from W in K, beside errors of W
+  /// and its change on the way to the solution, while both inertias stayed as expected. In scaled
+  /// variables (docs/algorithm.md, "Variable scaling"). It says how reliable the test is, not how
+  /// robust the design. 0 unless Satisfied.
   double margin = 0.0;
   /// Estimate of the least curvature of K and K_yy, scaled, at most 1; 0 unless Satisfied.
   double least_curvature = 0.0;
   Index least_curvature_variable = -1;  ///< variable that moves most along that direction; -1: none
-  bool licq_min = false;        ///< whether gradients of Min's active constraints are independent
-  bool licq_max = false;        ///< the same for Max
-  Index weakly_active_min = 0;  ///< number of Min's active bounds and rows with multiplier 0
-  Index weakly_active_max = 0;  ///< the same for Max
+  /// Whether the gradients of Min's active constraints are known to be independent. One value for
+  /// both players, unless dependent gradients were searched for.
+  bool licq_min = false;
+  bool licq_max = false;            ///< the same for Max
+  Index weakly_active_min = 0;      ///< number of Min's active bounds and rows with multiplier 0
+  Index weakly_active_max = 0;      ///< the same for Max
   bool finite_differences = false;  ///< whether second derivatives come from differences
   /// Estimate of the error of these differences (curvature of the scaled problem); the result holds
   /// for every Hessian within it. 0 if the model gives second derivatives.
   double hessian_error = 0.0;
   InnerAnswer answer = InnerAnswer::Unknown;
   std::vector<CertificateReason> reasons;  ///< the most important first; at most 16 of a kind
-  /// Whether the model's second derivatives disagree with differences of its gradients; the result
-  /// is then Undecided.
+  /// Whether the model's second derivatives disagree with differences of its gradients, as they
+  /// also do where they jump; the result is then Undecided.
   bool hessian_disagrees = false;
   /// With minmax_certificate proved: whether exactly one strict local minmax of the formulas is
   /// proved to lie near the point. It differs from the point by at most proved_within in every

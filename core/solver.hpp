@@ -24,10 +24,10 @@ struct KeptWork;
 /// Solves models of the same structure one after the other. Functions, values of bounds, starting
 /// point and options may change between solves. Without robust constraints it keeps
 ///   - the orderings and symbolic factorizations: Counts::analyses of the next Result is 0,
-///   - the gradient-based scaling,
 ///   - the arrays,
-///   - the last shifts of the Hessian, unless minmax_warm_start_shifts is off or the last solve
-///     failed.
+///   - with warm_start_init_point also the gradient-based scaling and, unless
+///     minmax_warm_start_shifts is off or the last solve failed, the last shifts of the Hessian.
+/// Without warm_start_init_point the answer is that of a solve by itself.
 /// With robust constraints it keeps their worst cases instead, and the next solve starts at these
 /// if warm_start_init_point is set. By default only every tenth solve searches a constraint fully
 /// that is far from its limit (SearchOverY::age).

@@ -30,10 +30,12 @@ constexpr double kLdltPerFlop = 3e-4;
 constexpr double kDenseWorth = 3.0;
 // Its matrix takes 8 MB then:
 constexpr Index kMostDense = 1000;
-// Flops per entry of L. Chains (5): LDL' is 30 to 100 times faster than MUMPS; grids: 3 times at
-// 100, level at 200, slower beyond, where dense kernels pay. With pairs of rows: grids 3 times at
-// 100, level at 150; transport and optimal times take a thousand and more, MUMPS 40:
-constexpr double kLdltMaxFlopsPerEntry = 150.0;
+// Flops per entry of L up to which LDL' is the choice. Chains (5): it is 30 to 100 times faster
+// than MUMPS; grids: 2 to 3 times at 100, 1.4 at 170, level at 200, slower beyond, where dense
+// kernels pay. With pairs of rows: grids 3 times at 100, level at 150; transport and optimal times
+// take a thousand and more, MUMPS 40:
+constexpr double kLdltMaxFlopsPerEntry = 190.0;
+constexpr double kPairsMaxFlopsPerEntry = 150.0;
 
 // |A u - w| for |w| = 1 and the u that factors give, Gamma u being a tenth at most: up to where
 // rounding leaves the inertia. It is seen in one direction only; with pairs it is as small as with
@@ -51,8 +53,8 @@ constexpr double kMostFillOfPairs = 10.0;
 /// again.
 constexpr int kLongestPause = 4;
 
-bool choose_ldlt(const FactorSize& size) {
-  return size.flops <= kLdltMaxFlopsPerEntry * static_cast<double>(size.entries);
+bool is_below(double flops_per_entry, const FactorSize& size) {
+  return size.flops <= flops_per_entry * static_cast<double>(size.entries);
 }
 
 bool choose_dense(Index dimension, double ldlt_flops) {
@@ -109,7 +111,7 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
       OrderingChoice choice = choose_ordering(matrix, options_.ordering);
       if (choose_dense(n, choice.size.flops)) {
         pivoting_ = std::make_unique<LapackSolver>();
-      } else if (choose_ldlt(choice.size)) {
+      } else if (is_below(kLdltMaxFlopsPerEntry, choice.size)) {
         const Analysis analysis = ldlt_.analyze(matrix, signs, choice);
         if (prepare_ldlt(analysis)) return analysis;
       } else if (choice.ordering == Ordering::Metis) {
@@ -246,8 +248,8 @@ bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
   if (!analysis.ok) return false;
   const bool fill_is_moderate = static_cast<double>(analysis.factor_entries) <=
                                 kMostFillOfPairs * static_cast<double>(ldlt_entries_);
-  if (!fill_is_moderate ||
-      !choose_ldlt({.entries = analysis.factor_entries, .flops = analysis.flops})) {
+  if (!fill_is_moderate || !is_below(kPairsMaxFlopsPerEntry, {.entries = analysis.factor_entries,
+                                                              .flops = analysis.flops})) {
     paired_ = nullptr;  // much room, too
     pairs_ = Pairs::TooExpensive;
     return false;

@@ -24,6 +24,8 @@ class LibraryLock : Uncopied {
     --depth();
     mutex().unlock();
   }
+  /// Whether this thread holds it: threads that it waits for would wait for it.
+  [[nodiscard]] static bool is_held() { return depth() > 0; }
 
  private:
   using Mutex = std::recursive_mutex;

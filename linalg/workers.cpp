@@ -12,6 +12,7 @@
 #include <system_error>
 #include <thread>
 
+#include "linalg/library_lock.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -98,7 +99,7 @@ int Workers::have_threads(int wanted) {
 
 void Workers::run(int count, Call run_piece, const void* piece) {
   if (count <= 0) return;
-  const int threads = count > 1 ? have_threads(count - 1) : 0;
+  const int threads = count > 1 && !LibraryLock::is_held() ? have_threads(count - 1) : 0;
   if (threads > 0) {
     team_->call = run_piece;
     team_->piece = piece;

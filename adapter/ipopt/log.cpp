@@ -124,6 +124,12 @@ std::string certificate_report(const Certificate& certificate, const ProblemStru
 
 std::string exit_text(const Result& result) {
   if (result.status == Status::NotLocalMinmax) {
+    using Kind = CertificateReason::Kind;
+    if (std::ranges::find(result.certificate.reasons, Kind::RobustRow, &CertificateReason::kind) !=
+        result.certificate.reasons.end()) {
+      return "First-order point found, but it is not a local minmax: a worst case is no maximum of "
+             "its constraint.";
+    }
     // The player that a wrong inertia belongs to. K_yy right and K wrong: the minimizer.
     const bool max = result.certificate.inner != result.certificate.inner_expected;
     return concat("First-order point found, but it is not a local minmax: curvature of the ",

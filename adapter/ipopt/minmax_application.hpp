@@ -90,8 +90,8 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// than this one calls the model. Returns Invalid_Option if MPI cannot be used.
   Ipopt::ApplicationReturnStatus OptimizeTNLPOverRanks(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
   /// Solves the model of the last OptimizeTNLP again, with other numbers. Orderings, symbolic
-  /// factorizations, scaling, the last shifts and the arrays are kept (RepeatedSolver of
-  /// core/solver.hpp), so most solves allocate no memory (docs/solving_again.md). With
+  /// factorizations, the arrays and, with warm_start_init_point, scaling and the last shifts are
+  /// kept (RepeatedSolver of core/solver.hpp): most solves allocate no memory. With
   /// minmax_starts above 1 nothing is kept. A changed structure is analyzed again. Throws
   /// INVALID_WARMSTART if it is another model or nothing was solved before.
   Ipopt::ApplicationReturnStatus ReOptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);

@@ -26,8 +26,7 @@ void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& tri
   trial.hold_inactive();
 }
 
-void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times,
-                               double max_times) {
+void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double error_times) {
   Vector& curvature = arrays_.curvature;
   curvature.setZero(canonical.variables());
   for (const Index i : each_variable(canonical)) {
@@ -40,7 +39,7 @@ void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times
     } else if (held) {
       curvature[i] = 1.0;
     } else if (error.size() > 0) {
-      curvature[i] = (max ? max_times : min_times) * error[i];
+      curvature[i] = canonical.sign(i) * error_times * error[i];
     }
   }
   arrays_.reduced.hessian = arrays_.scaled.hessian;

@@ -29,7 +29,9 @@ enum class BoundClass : std::uint8_t { Inactive, WeaklyActive, Active };
 }
 
 /// One class per canonical variable; a slack stands for its inequality. If a variable has two
-/// bounds, the more active one counts.
+/// bounds, the more active one counts. Words for what the test takes out of its system: a variable
+/// is fixed at an active bound, and held (with side 0) where the test itself fixes it. A row is
+/// left out because it is redundant or because its copies are held (held_rows).
 struct ActiveBounds {
   std::vector<BoundClass> of;
   std::vector<std::int8_t> side;  ///< -1: of the lower bound, +1: of the upper one, 0: none
@@ -157,10 +159,8 @@ class ActiveSetSystem {
   ActiveSetSystem(const ActiveSetSystem&) = delete;
   ActiveSetSystem& operator=(const ActiveSetSystem&) = delete;
 
-  /// Assembles K and K_yy. Adds min_times error to W for Min's variables, and subtracts max_times
-  /// error from W for Max's. error: per variable, scaled; may be empty.
-  void assemble(Weak fixed, const Vector& error = {}, double min_times = 0.0,
-                double max_times = 0.0);
+  /// Assembles K and K_yy with W + error_times diag(error). error: per variable, scaled; or empty.
+  void assemble(Weak fixed, const Vector& error = {}, double error_times = 0.0);
 
   const CanonicalProblem& canonical;
   KktSystem& kkt;

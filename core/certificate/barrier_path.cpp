@@ -2,7 +2,7 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/model/norms.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -22,9 +22,8 @@ bool barrier_newton_step(TestContext& c, double mu, Point& point, StepLength& al
   c.kkt.assemble(point.iterate, point.evaluation);
   dependent = dependent || !solve_accurately(c.kkt, point.evaluation, rhs, step);
   if (dependent) {  // their equations agree, any of the multipliers will do
-    const Regularization relaxed{.lambda_x = kRootOfRounding, .lambda_y = kRootOfRounding};
-    if (c.kkt.factorize_for_solutions(relaxed, Certainty::Usual).status !=
-            FactorizationStatus::Ok ||
+    const Regularization shift{.lambda_x = kRootOfRounding, .lambda_y = kRootOfRounding};
+    if (c.kkt.factorize_for_solutions(shift, Certainty::Usual).status != FactorizationStatus::Ok ||
         !c.kkt.solve_unshifted(point.evaluation, rhs, step)) {
       return false;
     }
@@ -85,12 +84,13 @@ bool barrier_newton_contracts(TestContext& c, double mu) {
   StepLength alpha;
   bool dependent = false;
   double last = kInfinity;
+  constexpr double kNone = 1e-10;  // a step of rounding, over the variables
   for (int k = 0; k < 2; ++k) {
     const Vector before = point.iterate.v;
     if (!barrier_newton_step(c, mu, point, alpha, dependent)) return false;
     const double step = max_norm(point.iterate.v - before);
     if (step <= kContraction * last && k > 0) return true;
-    if (k == 0 && step <= kRelaxation * (1.0 + max_norm(before))) return true;
+    if (k == 0 && step <= kNone * (1.0 + max_norm(before))) return true;
     last = step;
   }
   return false;
@@ -98,7 +98,7 @@ bool barrier_newton_contracts(TestContext& c, double mu) {
 
 }  // namespace
 
-void follow_barrier(TestContext& c, TrialPoint& trial) {
+void follow_barrier_path(TestContext& c, TrialPoint& trial) {
   const auto most = static_cast<int>(std::min<Index>(
       c.last_factorization - c.kkt.factorizations() - 2 * kToConfirm, kMostBarrierSteps));
   Point& point = trial.point;  // the last one on the path

@@ -57,9 +57,9 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
     const KktFactors& last = trial.test.inner ? c.kkt.factors() : c.kkt.inner_factors();
     return last.status == FactorizationStatus::Singular ? FirstLook::Unclear : FirstLook::Wrong;
   }
-  if (!(trial.test.response() <= kIndependent)) return FirstLook::Unclear;
+  if (!(trial.test.inverse_norm() <= kIndependent)) return FirstLook::Unclear;
   constexpr double kAccuracy = 1e-4;  // of the Newton step
-  const double share = kAccuracy / std::max(1.0, trial.test.full_response);
+  const double share = kAccuracy / std::max(1.0, trial.test.full_inverse_norm);
   // Two references: more would be an allocation of std::function.
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return system.kkt.solve_unshifted(system.assembled(), rhs, step, {.ratio = share});
@@ -102,8 +102,8 @@ SecondOrder test_beyond_curvature(TestContext& c, const TrialPoint& trial) {
   const Point& judged = trial.moved ? *trial.moved : c.given;
   const SecondOrder verdict = test_robust_rows(c, trial, judged);
   if (verdict != SecondOrder::Satisfied) {
-    c.reasons.add(Kind::RobustRow, Player::Max,
-                  "a robust constraint's worst case is no strict maximum of it");
+    c.reasons.add(Kind::RobustRow, "a robust constraint's worst case is no strict maximum of it",
+                  Player::Max);
     return verdict;
   }
   const Index lost = multiplier_lost_inside(c, trial, judged);
@@ -117,8 +117,7 @@ SecondOrder test_beyond_curvature(TestContext& c, const TrialPoint& trial) {
 /// The point's verdict; trial: what it is about, the first look's or own.
 SecondOrder judge(TestContext& c, TrialPoint*& trial, TrialPoint& own) {
   if (c.hessian_error && !c.hessian_error->allFinite()) {
-    c.reasons.add(Kind::Differences, Player::Min,
-                  "second derivatives from differences could not be trusted");
+    c.reasons.add(Kind::Differences, "second derivatives from differences could not be trusted");
     return SecondOrder::Undecided;
   }
   if (c.options.mu_target > 0.0) return judge_barrier_problem(c, *trial);
@@ -126,8 +125,7 @@ SecondOrder judge(TestContext& c, TrialPoint*& trial, TrialPoint& own) {
   const FirstLook look = first_look(c, *trial);
   if ((look == FirstLook::Unclear || look == FirstLook::Far) &&
       c.options.minmax_certificate == CertificateEffort::Quick) {
-    c.reasons.add(Kind::Effort, Player::Min,
-                  "not clear at a quick look (minmax_certificate quick)");
+    c.reasons.add(Kind::Effort, "not clear at a quick look (minmax_certificate quick)");
     return SecondOrder::Undecided;
   }
   if (look != FirstLook::Right) {
@@ -149,9 +147,9 @@ std::string disagreement(const CanonicalProblem& canonical, const Deviation& fou
 /// The certificate of a verdict about a trial.
 Certificate write(TestContext& c, const TrialPoint& trial, SecondOrder verdict, bool disagrees) {
   const auto independent = [&](Player player) {
-    const double response = trial.test.response();
+    const double inverse_norm = trial.test.inverse_norm();
     if (trial.dependences) return trial.dependences->independent(c.canonical, player);
-    return c.canonical.constraints() == 0 || (trial.test.both() && response <= kIndependent);
+    return c.canonical.constraints() == 0 || (trial.test.both() && inverse_norm <= kIndependent);
   };
   Certificate found;
   found.second_order = verdict;
@@ -170,7 +168,7 @@ Certificate write(TestContext& c, const TrialPoint& trial, SecondOrder verdict, 
   if (verdict == SecondOrder::Satisfied) {
     found.kind = PointKind::LocalMinmax;
     found.margin = trial.margin;
-    const LittleCurvature& little = c.arrays.curvature.found;
+    const LittleCurvature& little = c.arrays.curvature;
     if (trial.proximal > 0.0) {
       found.answer = InnerAnswer::BestNotUnique;
     } else {
@@ -203,7 +201,7 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
       c.examine_curvature(point, point.iterate.lambda, nullptr);
   } catch (const FactorsOutOfMemory&) {  // what was solved stays solved
     verdict = SecondOrder::Undecided;
-    c.reasons.add(Kind::Effort, Player::Min, "the test ran out of memory");
+    c.reasons.add(Kind::Effort, "the test ran out of memory");
     trial->moved.reset();
     trial->inner = trial->full = Inertia{};
   }
@@ -212,7 +210,7 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
   if (disagrees) {
     verdict = SecondOrder::Undecided;
     finding.remark = disagreement(canonical, *c.wrong_row);
-    c.reasons.add(Kind::WrongHessian, Player::Min, finding.remark);
+    c.reasons.add(Kind::WrongHessian, finding.remark);
   }
   if (verdict == SecondOrder::Satisfied && options.mu_target == 0.0) {
     const Point& certified = trial->moved ? *trial->moved : point;

@@ -28,13 +28,14 @@
 //     wrong.
 //
 //  3. correct_and_test (corrections), the degenerate test: the same at other points, with pivoting.
-//     If the active set is not clear, the set by z / s alone is tried first. If a trial does not
+//     If the active set is not clear, the set by z / s alone is tried first. If the set is not
+//     clear or the solution far, the trials start after following the path. If a trial does not
 //     pass, the first correction of this table that applies changes it:
 //       release_bounds       that the Newton step shows to be inactive
 //       leave_out_rows       that are redundant (dependence)
 //       hold_unread          a variable of each step of x that the model does not read
 //       take_newton_step     towards the solution
-//       follow_path          finds the active set while mu falls (barrier_path)
+//       follow_barrier_path  finds the active set while mu falls (barrier_path)
 //       allow_other_answers  K_yy is singular, y best but not unique: takes curvature from Max; y
 //                            must maximize, by structure or by values (other_answers)
 //     The returned point is the certified one: it moves there if necessary.
@@ -53,10 +54,12 @@ namespace ipminmax {
 struct InertiaTest {
   bool inner = false;
   bool full = false;
-  double inner_response = 0.0;
-  double full_response = 0.0;
+  double inner_inverse_norm = 0.0;
+  double full_inverse_norm = 0.0;
   [[nodiscard]] bool both() const { return inner && full; }
-  [[nodiscard]] double response() const { return std::max(inner_response, full_response); }
+  [[nodiscard]] double inverse_norm() const {
+    return std::max(inner_inverse_norm, full_inverse_norm);
+  }
 };
 
 /// Inactive copies: copies of y that serve inactive robust constraints (CanonicalProblem::owners).
@@ -79,8 +82,9 @@ struct TrialPoint {
   Vector unread;          ///< a step of x that the model does not read; one variable of it is held
   int steps = 0;          ///< of Newton's method that have led here
   bool followed = false;  ///< the active set was found while mu fell
-  bool relaxed = false;   ///< bounds were released that bound_relax_factor alone made active
-  bool is_far = false;    ///< the conditions hold, at a solution that is farther than allowed
+  /// Bounds were released that bound_relax_factor alone made active.
+  bool released_relaxed_bound = false;
+  bool is_far = false;  ///< the conditions hold, at a solution that is farther than allowed
 
   NewtonTest newton;
   bool converges = false;  ///< Newton's method, to a solution with this active set
@@ -126,15 +130,11 @@ struct Finding {
 };
 
 /// Direction of little curvature of both matrices, by two inverse iterations each, and an upper
-/// estimate of the least curvature, scaled.
+/// estimate of the least curvature, scaled; with work arrays, kept from call to call.
 struct LittleCurvature {
   Vector direction;  ///< canonical lengths; with a generic part, so that errors of all rows show
   double least = 1.0;
   Index variable = -1;  ///< canonical, the one that moves most along the least; -1: no factors
-};
-/// Work arrays of the following functions, kept from call to call.
-struct CurvatureArrays {
-  LittleCurvature found;
   NewtonResidual rhs;
   Step solution;
   Vector step;
@@ -154,7 +154,7 @@ struct CertificateArrays {
   TrialPoint trial;  ///< of the first look
   ActiveSetArrays system;
   NewtonArrays newton;
-  CurvatureArrays curvature;
+  LittleCurvature curvature;
   CornerArrays corner;
 };
 
@@ -163,7 +163,8 @@ struct CertificateArrays {
 /// hypotheses and how they are checked see docs/algorithm.md, "Second-order test".
 ///
 /// point: with f, c, first and second derivatives and the dual residual at the iterate.
-/// factorizations: how many an undecided point may cost, beyond those of the first look.
+/// factorizations: how many an undecided point may cost, with kToConfirm more. A refutation and the
+/// test of robust rows are not limited.
 /// options.minmax_certificate: Full or Quick. The KKT matrices keep the certificate's values.
 [[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
                               double mu, const SolverOptions& options, Index factorizations,

@@ -3,9 +3,9 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -132,7 +132,7 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
 
 /// Computes the Newton step to the solution with the trial's active set. Sets converges, and error:
 /// the change of W over the step.
-void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system) {
+void test_newton_step(TestContext& c, TrialPoint& trial, ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
   trial.error = hessian_error_of(c, trial);
   Regularization shift;
@@ -167,30 +167,32 @@ void look_for_dependences(TestContext& c, TrialPoint& here, ActiveSetSystem& sys
 
 /// Independent Max gradients make the inner maximum follow x; a Min point needs none.
 bool independent_or_harmless(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
-  const double response = here.test.response();
-  if (response <= kIndependent || c.canonical.constraints() == 0) return true;
-  // What holds with rows that say nothing beside others holds without them.
+  const double inverse_norm = here.test.inverse_norm();
+  if (inverse_norm <= kIndependent || c.canonical.constraints() == 0) return true;
+  // The test that has passed holds without redundant rows, too. If they are found only now, they
+  // are left out from now on, so that rows_are_left_out knows them.
   const bool known = here.dependences.has_value();
   look_for_dependences(c, here, system);
   if (c.canonical.max_constraints().size() == 0) return true;
   // K_yy, which amplifies little, says of Max's gradients what K with Min's does not.
-  const bool inner = here.test.inner_response <= kIndependent;
+  const bool inner = here.test.inner_inverse_norm <= kIndependent;
   if (!here.dependences) return inner;
   if (!known) here.set.redundant = here.dependences->redundant(c.canonical);
   return inner || rows_are_left_out(c.canonical, here, true) || !c.has_x();
 }
 
-enum class Look : std::uint8_t { Right, Harmful, Unclear };
+/// Stop: no correction may be tried.
+enum class Look : std::uint8_t { Right, Stop, Unclear };
 
 /// Whether the sufficient conditions hold: Newton's method converges, and W changes by less than
 /// its curvature on the way.
 Look look_at(TestContext& c, TrialPoint& here) {
   ActiveSetSystem system = c.system_of(here);
-  settle_active_set(c, here, system);
+  test_newton_step(c, here, system);
   if (!here.newton.released.empty()) return Look::Unclear;
   if (here.converges && is_right(c, here, system))
-    return independent_or_harmless(c, here, system) ? Look::Right : Look::Harmful;
-  // Where all but how far the gradients turn is right the next point settles that.
+    return independent_or_harmless(c, here, system) ? Look::Right : Look::Stop;
+  // If only gradients change too much, the next point settles that.
   if (!here.converges || !here.test.both()) look_for_dependences(c, here, system);
   return Look::Unclear;
 }
@@ -219,7 +221,7 @@ bool take_up_set(TestContext& c, TrialPoint& next) {
 /// At the point given, or where its solution leads while mu falls. False: the model is undefined.
 bool begin(TestContext& c, bool follow, TrialPoint& next) {
   next = trial_at_given(c);
-  if (follow) follow_barrier(c, next);
+  if (follow) follow_barrier_path(c, next);
   return take_up_set(c, next);
 }
 
@@ -227,7 +229,7 @@ bool begin(TestContext& c, bool follow, TrialPoint& next) {
 bool release_bounds(TestContext& c, TrialPoint& next) {
   for (const Index i : next.newton.released) {
     const bool relaxed = next.set[i] == BoundClass::Active;
-    next.relaxed = next.relaxed || relaxed;
+    next.released_relaxed_bound = next.released_relaxed_bound || relaxed;
     next.set.of[at(i)] =
         relaxed && c.canonical.owned_by_max(i) ? BoundClass::WeaklyActive : BoundClass::Inactive;
   }
@@ -258,7 +260,7 @@ bool take_newton_step(TestContext& c, TrialPoint& next) {
   return true;
 }
 
-bool has_other_path(TestContext& c, const TrialPoint& here) {
+bool may_follow_path(TestContext& c, const TrialPoint& here) {
   const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
   return !here.followed && here.proximal == 0.0 && bounded && !here.newton.set_holds &&
          c.may_factorize(kToConfirm + 1);
@@ -272,14 +274,15 @@ bool allow_other_answers(TestContext& c, TrialPoint& next) {
   next.proximal = kEps;
   next.scaling = certain_scaling(c, next);
   ActiveSetSystem system = c.system_of(next);
-  return !second_order_test(system, {}, c.margin(), 0.0, true).inner &&
-         second_order_test(system, {}, c.margin(), next.proximal, true).inner;
+  return !inner_test(system, {}, c.margin()).inner &&
+         inner_test(system, {}, c.margin(), next.proximal).inner;
 }
 
 struct Correction {
   bool (*applies)(TestContext& c, const TrialPoint& here);
   bool (*change)(TestContext& c, TrialPoint& next);  ///< false: it changes nothing
-  bool anew = false;                                 ///< begins where the trials began
+  /// The trial goes back to the start: the first point, or the end of the path if it was followed.
+  bool restarts = false;
 };
 
 constexpr Correction kCorrections[] = {
@@ -297,7 +300,7 @@ constexpr Correction kCorrections[] = {
      },
      hold_unread},
     {needs_newton_step, take_newton_step},
-    {has_other_path, [](TestContext& c, TrialPoint& next) { return begin(c, true, next); }, true},
+    {may_follow_path, [](TestContext& c, TrialPoint& next) { return begin(c, true, next); }, true},
     {[](TestContext& c, const TrialPoint& here) {
        return c.has_x() && c.has_y() && here.proximal == 0.0 && c.may_factorize(2 + kToConfirm);
      },
@@ -327,7 +330,7 @@ bool reports_solution(TestContext& c, TrialPoint& trial) {
 SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
   c.reasons.add_weakly_active(trial.set);
   if (!reported || (trial.moved && !c.evaluate_objective(*trial.moved))) {
-    c.reasons.add(Kind::NotIsolated, Player::Min,
+    c.reasons.add(Kind::NotIsolated,
                   "the solution near by is farther than the point's accuracy allows");
     return SecondOrder::Undecided;
   }
@@ -398,7 +401,7 @@ std::optional<TrialPoint> with_guessed_set(TestContext& c) {
   }
   for (int steps = 0; c.may_factorize(kToConfirm);) {
     ActiveSetSystem system = c.system_of(here);
-    settle_active_set(c, here, system);
+    test_newton_step(c, here, system);
     if (!here.newton.released.empty()) {
       if (!release_bounds(c, here)) return {};
       continue;
@@ -421,7 +424,7 @@ std::optional<TrialPoint> with_guessed_set(TestContext& c) {
 SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
   const auto undefined = [&] {
     c.reasons.add(
-        Kind::NotIsolated, Player::Min,
+        Kind::NotIsolated,
         "the model is undefined next to here: where active bounds are held, or at the end "
         "of a Newton step");
     return SecondOrder::Undecided;
@@ -435,16 +438,15 @@ SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
       return certified(c, true, trial);
     }
   }
-  TrialPoint start;
+  TrialPoint start;  // where the trials began, or the end of the path
   if (!begin(c, is_far || !clear, start)) return undefined();
   const TrialPoint first = start;
   TrialPoint here = start;
   std::optional<TrialPoint> right;  // but farther from the point than its accuracy allows
   for (bool corrected = true; corrected;) {
     const bool may = c.may_factorize(here.steps == 0 ? 1 : kToConfirm);
-    Look look = may ? look_at(c, here) : Look::Harmful;
-    if (here.proximal > 0.0 && look == Look::Right && !maximizes_weakly(c, here))
-      look = Look::Harmful;
+    Look look = may ? look_at(c, here) : Look::Stop;
+    if (here.proximal > 0.0 && look == Look::Right && !maximizes_weakly(c, here)) look = Look::Stop;
     if (look == Look::Right) {
       if (reports_solution(c, here)) {
         trial = std::move(here);
@@ -454,11 +456,11 @@ SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
       right = here;
     }
     if (here.proximal == 0.0 && here.unread.size() == 0) trial = here;
-    if (look == Look::Harmful || (right && here.proximal > 0.0)) break;
+    if (look == Look::Stop || (right && here.proximal > 0.0)) break;
     corrected = false;
     for (const Correction& row : kCorrections) {
-      if ((right && row.anew) || !row.applies(c, here)) continue;
-      TrialPoint next = !row.anew ? here : here.relaxed ? first : start;
+      if ((right && row.restarts) || !row.applies(c, here)) continue;
+      TrialPoint next = !row.restarts ? here : here.released_relaxed_bound ? first : start;
       if (next.set.of == here.set.of) {
         next.dependences = here.dependences;
         next.set.redundant = here.set.redundant;

@@ -4,8 +4,8 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/products.hpp"
-#include "core/point/residual.hpp"
+#include "core/model/iterate.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -74,7 +74,7 @@ struct DependenceSearch {
       if (system.counts(j)) curvature[slack] = kRigid;
     });
     system.kkt.assemble(rows, curvature, system.left_out());
-    return system.kkt.factorize_for_solutions({.lambda_x = kRelaxation, .lambda_y = kRelaxation})
+    return system.kkt.factorize_for_solutions({.lambda_x = kDualShift, .lambda_y = kDualShift})
                .status == FactorizationStatus::Ok;
   }
 
@@ -112,7 +112,7 @@ struct DependenceSearch {
       orthogonalize();
       const double norm = w.norm();
       constexpr double kLeastGrowth = 1e-4;  // over that of a null vector
-      if (!std::isfinite(norm) || norm * kRelaxation < kLeastGrowth * before) return false;
+      if (!std::isfinite(norm) || norm * kDualShift < kLeastGrowth * before) return false;
       w /= norm;
     }
     // Short but not zero, as the states of long or unstable trajectories make it: each step has
@@ -177,7 +177,7 @@ struct DependenceSearch {
 
   /// Free variables moved inside their bounds; of_max: all x, for Max's rows must agree whatever x
   /// is.
-  Vector moved(int trial, double length, bool of_max) const {
+  Vector moved(int place, double length, bool of_max) const {
     const double size = std::max(1.0, longest(canonical, here, system.scaling));
     Vector v = here;
     for (const Index i : each_variable(canonical)) {
@@ -185,7 +185,7 @@ struct DependenceSearch {
       if (held || is_slack(canonical, i)) continue;
       const double most =
           0.05 * std::abs(v[i]) + std::min(0.01 * system.scaling.variable[i] * size, 1.0);
-      const double way = length * most * std::sin(1.0 + trial + 1.3 * (trial + 1) * i);
+      const double way = length * most * std::sin(1.0 + place + 1.3 * (place + 1) * i);
       const int side = system.set.side_of(i);
       v[i] += system.is_fixed(i) && side != 0 ? -side * std::abs(way) : way;
     }
@@ -222,13 +222,13 @@ struct DependenceSearch {
   bool constant(const Vector& weights, double value, bool of_max) {
     Vector values = Vector::Zero(canonical.constraints());
     constexpr int kPlaces = 3, kShortenings = 4;
-    for (int trial = 0; trial < kPlaces; ++trial) {
+    for (int place = 0; place < kPlaces; ++place) {
       double length = 1.0;
-      Vector v = moved(trial, length, of_max);
+      Vector v = moved(place, length, of_max);
       for (int k = 0; !canonical.constraints(v, values); ++k) {
         if (k == kShortenings) return false;
         length *= 0.1;
-        v = moved(trial, length, of_max);
+        v = moved(place, length, of_max);
       }
       if (!(std::abs(weights.dot(values) - value) <= kConstant * size_of(weights, v))) return false;
     }

@@ -3,8 +3,8 @@
 
 #include "core/certificate/trial.hpp"
 #include "core/method/curvature_escape.hpp"
+#include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -15,12 +15,11 @@ using namespace parameters::certificate;
 
 /// Adds a direction of little curvature of one player to the one found, the other one answering.
 void add_little_curvature(TestContext& c, const Evaluation& assembled, bool inner) {
-  CurvatureArrays& arrays = c.arrays.curvature;
-  LittleCurvature& found = arrays.found;
+  LittleCurvature& found = c.arrays.curvature;
   const IndexRange own = inner ? c.canonical.y() : c.canonical.x();
   if (own.size() == 0) return;
-  set_zero(c.canonical, arrays.rhs);
-  set_zero(c.canonical, arrays.solution);
+  set_zero(c.canonical, found.rhs);
+  set_zero(c.canonical, found.solution);
   // Of these solutions only the size and the direction matter, and the factors have been tested.
   const auto solve = [&](const NewtonResidual& rhs, Step& step) {
     return inner ? c.kkt.solve_inner(assembled, rhs, step, kUnrefined)
@@ -28,23 +27,23 @@ void add_little_curvature(TestContext& c, const Evaluation& assembled, bool inne
   };
   const auto prepare = [&](Vector& d) {
     for (const Index i : indices(d)) {
-      if (arrays.held[at(i)]) d[i] = 0.0;
+      if (found.held[at(i)]) d[i] = 0.0;
     }
   };
   const auto stop = [&](int k, double growth) {
     if (k > 0 && (1.0 / growth < found.least || found.variable < 0)) {
       found.least = std::min(found.least, 1.0 / growth);
-      arrays.solution.v.segment(own.begin, own.size()).cwiseAbs().maxCoeff(&found.variable);
+      found.solution.v.segment(own.begin, own.size()).cwiseAbs().maxCoeff(&found.variable);
       found.variable += own.begin;
     }
     return k > 0;
   };
-  if (!turn_to_curvature({.variables = own, .iterations = 2}, arrays.rhs, arrays.solution, solve,
+  if (!turn_to_curvature({.variables = own, .iterations = 2}, found.rhs, found.solution, solve,
                          prepare, stop)) {
     return;
   }
-  const double length = max_norm(arrays.solution.v);
-  if (length > 0.0) found.direction += arrays.solution.v / length;
+  const double length = max_norm(found.solution.v);
+  if (length > 0.0) found.direction += found.solution.v / length;
 }
 
 /// A vertex of one player, of_max, or the other.
@@ -58,10 +57,6 @@ struct CornerCheck {
   double off = 0.0;  ///< of active bounds, over the variable's own size
 
   bool is_active(Index i) const { return set[i] == BoundClass::Active && set.side_of(i) != 0; }
-  bool is_active_row(Index row) const {
-    const Index slack = canonical.slack_of(row);
-    return slack >= 0 && is_active(slack) && !set.is_left_out(row);
-  }
   double size(Index i) const { return own_size(canonical, point.iterate.v[i], i, trial.scaling); }
   void take_gradient(const Evaluation& evaluation, Vector& gradient) const {
     gradient = evaluation.gradient;
@@ -71,7 +66,8 @@ struct CornerCheck {
   template <class Visit>
   void for_each_active(Visit&& visit) const {
     for_each_in_jacobian(canonical, point.evaluation, [&](Index row, Index col, double value) {
-      if (is_active_row(row)) visit(row, col, value);
+      const Index slack = canonical.slack_of(row);
+      if (slack >= 0 && is_active(slack) && !set.is_left_out(row)) visit(row, col, value);
     });
   }
 
@@ -123,12 +119,12 @@ struct CornerCheck {
   }
 
   /// The first direction goes far in every other variable, the second one in those between.
-  void step_inside(bool of_max, int turn) const {
+  void step_inside(bool of_max, int number) const {
     constexpr double kShort = 0.05;
     Vector &step = arrays.step, &longest = arrays.longest;
     step.setZero(canonical.variables());
     longest.setZero(canonical.constraints());
-    const auto next = [&] { return turn++ % 2 == 0 ? 1.0 : kShort; };
+    const auto next = [&] { return number++ % 2 == 0 ? 1.0 : kShort; };
     for (const Index i : each_variable(canonical)) {
       if (is_active(i) && !is_slack(canonical, i) && canonical.owned_by_max(i) == of_max)
         step[i] = -set.side_of(i) * reach(i) * next();
@@ -150,8 +146,8 @@ struct CornerCheck {
     });
   }
 
-  Index lost_along(bool of_max, int turn) const {
-    step_inside(of_max, turn);
+  Index lost_along(bool of_max, int number) const {
+    step_inside(of_max, number);
     Evaluation& scratch = c.arrays.newton.there;
     const Vector &step = arrays.step, &balanced = arrays.balanced;
     if (step.isZero(0.0)) return -1;
@@ -190,19 +186,18 @@ struct CornerCheck {
 /// on both sides of the point. lambda: for which W was evaluated.
 std::optional<Deviation> find_wrong_row(TestContext& c, const Point& point, const Vector& lambda,
                                         const VariableScaling& scaling) {
-  CurvatureArrays& arrays = c.arrays.curvature;
-  const LittleCurvature& curvature = arrays.found;
+  LittleCurvature& curvature = c.arrays.curvature;
   const double longest = max_norm(curvature.direction.cwiseQuotient(scaling.variable));
   if (!(longest > 0.0)) return std::nullopt;
   const double size = ipminmax::longest(c.canonical, point.iterate.v, scaling);
-  Vector& step = arrays.step;
+  Vector& step = curvature.step;
   step = (kHardly + kRootOfRounding * size) / longest * curvature.direction;
-  arrays.largest = kMostFar * point.iterate.v.array().abs().max(1.0);
-  step.array() = step.array().max(-arrays.largest).min(arrays.largest);
+  curvature.largest = kMostFar * point.iterate.v.array().abs().max(1.0);
+  step.array() = step.array().max(-curvature.largest).min(curvature.largest);
   keep_within_bounds(c.canonical, point.iterate.v, kLittle, step);
   return compare_second_derivatives(
       c.canonical, point.iterate.v, lambda, point.evaluation, step, scaling.variable,
-      std::clamp(kLittle * curvature.least, kLeastError, kLargestError), arrays.differences);
+      std::clamp(kLittle * curvature.least, kLeastError, kLargestError), curvature.differences);
 }
 
 }  // namespace
@@ -212,14 +207,14 @@ void TestContext::examine_curvature(const Point& point, const Vector& lambda,
   const VariableScaling& scaling =
       system ? system->scaling
              : variable_scaling(canonical, point.iterate.v, point.evaluation, arrays.scaling);
-  CurvatureArrays& work = arrays.curvature;
+  LittleCurvature& work = arrays.curvature;
   work.held.resize(at(canonical.variables()));
   for (const Index i : each_variable(canonical))
     work.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
-  Vector& direction = work.found.direction;
+  Vector& direction = work.direction;
   direction.setZero(canonical.variables());
-  work.found.least = 1.0;
-  work.found.variable = -1;
+  work.least = 1.0;
+  work.variable = -1;
   if (system) assembled = &system->assembled();
   for (const bool inner : {false, true}) {
     if (assembled) add_little_curvature(*this, *assembled, inner);
@@ -239,8 +234,8 @@ Index multiplier_lost_inside(TestContext& c, const TrialPoint& trial, const Poin
   const bool x = !check.has_free_variable(false), y = !check.has_free_variable(true);
   if (x || y) check.balance();
   for (const bool of_max : {true, false}) {
-    for (int turn = 0; turn < 2 && (of_max ? y : x); ++turn) {
-      const Index lost = check.lost_along(of_max, turn);
+    for (int number = 0; number < 2 && (of_max ? y : x); ++number) {
+      const Index lost = check.lost_along(of_max, number);
       if (lost >= 0) return lost;
     }
   }

@@ -5,8 +5,8 @@
 #include "core/certificate/trial.hpp"
 #include "core/method/curvature_escape.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -213,8 +213,8 @@ struct DirectionSearch {
       const auto is_right = [&] {
         return right_with({.x = inner ? 0.0 : shift,
                            .y = inner ? shift : 0.0,
-                           .lambda_x = kRelaxation,
-                           .lambda_y = kRelaxation});
+                           .lambda_x = kDualShift,
+                           .lambda_y = kDualShift});
       };
       constexpr int kMostShifts = 16, kIterations = 16;
       constexpr double kLeastGrowth = 1e-3;  // over that of a vanishing eigenvalue

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "core/certificate/trial.hpp"
-#include "core/model/products.hpp"
+#include "core/model/iterate.hpp"
 
 namespace ipminmax {
 
@@ -113,10 +113,10 @@ struct ActiveSetNewton {
     });
   }
 
-  /// What bounds are relaxed by must not be what decides: with the model's own bounds the
-  /// multipliers of active ones and the distances of Max's inactive ones stay what they are to a
-  /// half.
-  void look_at_relaxed() {
+  /// What bounds are relaxed by must not be what decides. A linear prediction of multipliers and
+  /// distances if all bounds are moved back by their relaxation: those of active bounds and of
+  /// Max's inactive ones have to keep half of what they are.
+  void look_at_model_bounds() {
     Vector &back = work.fixed, &outside = work.row_v, &curvature = work.change_v;
     for (Vector* v : {&back, &outside, &curvature}) v->setZero(canonical.variables());
     bool decides = false;  // a bound of a variable without curvature
@@ -176,55 +176,57 @@ struct ActiveSetNewton {
     });
   }
 
-  void choose_trial() {
+  /// The Newton step and a little beyond, so that rounding does not decide.
+  void choose_probe_step() {
     const double size = std::max(length(iterate.v), kInTols);
-    work.trial = work.dv;
-    for (const Index i : indices(work.trial)) {
+    work.probe = work.dv;
+    for (const Index i : indices(work.probe)) {
       if (system.is_fixed(i)) {
-        work.trial[i] *= kShareOfWay;
+        work.probe[i] *= kShareOfWay;
       } else if (!is_slack(canonical, i)) {
         // Beyond what a contraction leaves of the step: W may jump at the solution itself.
         const double own =
             std::min(std::abs(iterate.v[i]), own_size(canonical, iterate.v[i], i, scaling));
         const double probe = kRootOfRounding * own + kConstant * scaling.variable[i] * size +
                              kContraction * std::abs(work.dv[i]);
-        work.trial[i] += work.dv[i] < 0.0 ? -probe : probe;
+        work.probe[i] += work.dv[i] < 0.0 ? -probe : probe;
       }
     }
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const double step = side * work.dv[i], beyond = (1.0 + kContraction) * step;
       const double most = std::max(kLittle * distance, beyond < distance ? beyond : step);
-      if (system.is_free(i) && side * work.trial[i] > most) work.trial[i] = side * most;
+      if (system.is_free(i) && side * work.probe[i] > most) work.probe[i] = side * most;
     });
-    work.trial_v = iterate.v + work.trial;
-    work.trial_lambda = work.lambda + work.dlambda;
+    work.probe_v = iterate.v + work.probe;
+    work.probe_lambda = work.lambda + work.dlambda;
   }
 
-  /// Derivatives at the trial point beside what the linearized equations predict there.
+  /// Derivatives at the end of the probe step beside what the linearized equations predict there.
   bool compare() {
     Evaluation& there = work.there;
     Vector& probed = work.probed;
-    probed = work.trial_lambda;
+    probed = work.probe_lambda;
+    constexpr double kFarther = 1e-10;  // of a multiplier, beyond its own step
     for (const Index j : indices(probed))
-      probed[j] += (work.dlambda[j] < 0.0 ? -kRelaxation : kRelaxation) * std::abs(probed[j]);
+      probed[j] += (work.dlambda[j] < 0.0 ? -kFarther : kFarther) * std::abs(probed[j]);
     there = evaluation;
-    if (!canonical.constraints(work.trial_v, there.c) ||
-        !canonical.first_derivatives(work.trial_v, there) ||
-        !canonical.second_derivatives(work.trial_v, probed, there)) {
+    if (!canonical.constraints(work.probe_v, there.c) ||
+        !canonical.first_derivatives(work.probe_v, there) ||
+        !canonical.second_derivatives(work.probe_v, probed, there)) {
       return false;
     }
-    work.back_v = -work.trial;
-    work.back_lambda = -work.lambda - work.dlambda;
+    work.back_v = -work.probe;
+    work.back_lambda = -work.probe_lambda;
     work.row_v = there.gradient - evaluation.gradient;
-    add_transposed_product(canonical, there, work.trial_lambda, work.row_v);
+    add_transposed_product(canonical, there, work.probe_lambda, work.row_v);
     add_transposed_product(canonical, evaluation, work.back_lambda, work.row_v);
     add_hessian_product(canonical, evaluation, work.back_v, work.row_v);
     work.row_c = there.c - evaluation.c;
     add_constraint_product(canonical, evaluation, work.back_v, work.row_c);
     Vector& second_v = work.second_v;
     if (!solve_scaled(second_v, work.second_lambda)) return false;
-    // It grows with the trial step; of rounding nothing is left.
-    test.contraction = ratio(length(second_v), length(work.trial)) / (1.0 + kContraction);
+    // It grows with the probe step; of rounding nothing is left.
+    test.contraction = ratio(length(second_v), length(work.probe)) / (1.0 + kContraction);
     if (test.contraction <= kRounding) test.contraction = 0.0;
     if (second_v.size() > 0)
       second_v.cwiseQuotient(scaling.variable).cwiseAbs().maxCoeff(&test.left_in);
@@ -233,7 +235,7 @@ struct ActiveSetNewton {
     look_at_other_side();
     measure_error();
     look_at_inequalities();
-    measure_turn();
+    measure_variation();
     return test.error.allFinite() && std::isfinite(test.contraction);
   }
 
@@ -244,20 +246,20 @@ struct ActiveSetNewton {
     }
   }
 
-  /// If a step is nothing but rounding, here and the trial point may be on one side of where W
-  /// jumps: W is compared on the other side of the end as well. A model that is undefined there has
-  /// no other W.
+  /// If a step is nothing but rounding, here and the end of the probe step may be on one side of
+  /// where W jumps: W is compared on the other side of the end as well. A model that is undefined
+  /// there has no other W.
   void look_at_other_side() {
     bool is_there = false;
-    for (const Index i : indices(work.trial)) {
+    for (const Index i : indices(work.probe)) {
       is_there = is_there || (system.is_free(i) &&
-                              std::abs(work.dv[i]) <= kStepIsRounding * std::abs(work.trial[i]));
+                              std::abs(work.dv[i]) <= kStepIsRounding * std::abs(work.probe[i]));
     }
     if (!is_there) return;
     Vector& v = work.change_v;
-    v = work.trial_v;
+    v = work.probe_v;
     for (const Index i : indices(v)) {
-      if (!system.is_fixed(i)) v[i] = iterate.v[i] - work.trial[i] + 2.0 * work.dv[i];
+      if (!system.is_fixed(i)) v[i] = iterate.v[i] - work.probe[i] + 2.0 * work.dv[i];
     }
     work.end = evaluation;
     if (canonical.second_derivatives(v, work.probed, work.end)) compare_hessian(work.end);
@@ -273,13 +275,13 @@ struct ActiveSetNewton {
     add_row_sums(canonical, work.counted, scaling.variable, test.error);
   }
 
-  /// Their values at the trial point, where they are not what their gradients predict. A weakly
-  /// active one is violated by no more than it is satisfied now.
+  /// Their values at the end of the probe step, where they are not what their gradients predict. A
+  /// weakly active one is violated by no more than it is satisfied now.
   void look_at_inequalities() {
     Vector& change = work.change_v;
     change.setZero(canonical.variables());
     for_each_slack(canonical, [&](Index j, Index slack) {
-      if (!system.is_fixed(slack)) change[slack] = work.trial[slack] + work.there.c[j];
+      if (!system.is_fixed(slack)) change[slack] = work.probe[slack] + work.there.c[j];
     });
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const double most = set[i] == BoundClass::Inactive ? kConfirmed : 2.0;
@@ -287,14 +289,14 @@ struct ActiveSetNewton {
     });
   }
 
-  /// Equations turn over the Newton step alone, for they have second derivatives; what bounds are
-  /// relaxed by moves inequalities about as far as the trial point.
-  void measure_turn() {
+  /// Gradients of equations change over the Newton step alone, for they have second derivatives;
+  /// what bounds are relaxed by moves inequalities about as far as the probe step.
+  void measure_variation() {
     double share = 0.0;  // the Newton step, with its rounding, over the step that is tried
-    for (const Index i : indices(work.trial)) {
-      if (!system.is_free(i) || work.trial[i] == 0.0) continue;
+    for (const Index i : indices(work.probe)) {
+      if (!system.is_free(i) || work.probe[i] == 0.0) continue;
       const double step = std::abs(work.dv[i]) + kRounding * std::abs(iterate.v[i]);
-      share = std::max(share, step / std::abs(work.trial[i]));
+      share = std::max(share, step / std::abs(work.probe[i]));
     }
     share = std::min(share, 1.0);
     Vector &all = work.row_c, &inner = work.second_lambda;
@@ -311,8 +313,8 @@ struct ActiveSetNewton {
         inner[row] += change;
     }
     if (all.size() == 0) return;
-    test.turn = all.maxCoeff(&test.turning);
-    test.inner_turn = inner.maxCoeff();
+    test.jacobian_variation = all.maxCoeff(&test.varying_row);
+    test.inner_variation = inner.maxCoeff();
   }
 
   void place_end() {
@@ -346,8 +348,8 @@ bool newton_confirms(TestContext& c, TrialPoint& trial, ActiveSetSystem& system,
   if (!newton.first_step()) return false;
   test.step = newton.length(c.arrays.newton.dv);
   newton.look_at_set();
-  newton.look_at_relaxed();
-  newton.choose_trial();
+  newton.look_at_model_bounds();
+  newton.choose_probe_step();
   test.done = newton.compare();
   test.set_holds = test.done && test.changing < 0;
   newton.place_end();

@@ -14,18 +14,18 @@ struct NewtonTest {
   /// Bounds to be released: weakly active ones of Max whose multiplier becomes negative, and those
   /// whose multiplier only comes from bound_relax_factor.
   std::vector<Index> released;
-  /// Contraction rate: length of the second step over the first. Newton's method converges from a
-  /// point if it is below 1/4 (it is 1/4 for x^3 at 0).
+  /// Contraction rate: the simplified Newton step (same matrix) from the end of the probe step,
+  /// over the probe step, over 1 + kContraction. Accepted up to kContraction (for x^3 at 0: 1/4).
   double contraction = 0.0;
   Index changing = -1;  ///< bound whose class changes, if one does
-  Index left_in = -1;   ///< variable that the second step moves most
+  Index left_in = -1;   ///< variable that the simplified Newton step moves most
   Vector error;         ///< per variable, scaled: twice the row sums of the change of W on the way
   std::vector<double> hessian_change;  ///< on the way, per triplet, canonical units
   double step = 0.0;                   ///< longest entry of the step, scaled
   /// Jacobian variation: sum of the scaled changes of a row of an active constraint on the way, for
   /// the worst row; inner: of Max's rows in Max's variables.
-  double turn = 0.0, inner_turn = 0.0;
-  Index turning = -1;  ///< constraint whose row changes most
+  double jacobian_variation = 0.0, inner_variation = 0.0;
+  Index varying_row = -1;  ///< constraint whose row changes most
   /// End of the step: 99 percent of the way to active bounds. Multipliers of inactive constraints
   /// are zero, those of active bounds balance the gradient, the others keep z s.
   Iterate end;
@@ -36,8 +36,8 @@ struct NewtonTest {
     released.clear();
     hessian_change.clear();
     error.setZero();
-    contraction = step = turn = inner_turn = 0.0;
-    changing = left_in = turning = -1;
+    contraction = step = jacobian_variation = inner_variation = 0.0;
+    changing = left_in = varying_row = -1;
   }
 };
 
@@ -46,12 +46,12 @@ struct NewtonArrays {
   Vector lambda;       ///< without those of rows that do not count
   Vector dv, dlambda;  ///< Newton step
   Vector gradient;     ///< of the Lagrangian, as predicted for its end; of slacks: -lambda
-  Vector trial, trial_v, trial_lambda;  ///< step that is tried, and its end
+  Vector probe, probe_v, probe_lambda;  ///< probe step, and its end
   Vector fixed;                         ///< way to the bounds of fixed variables
   Vector row_v, row_c;                  ///< minus a right-hand side
   Vector change_v, change_c, back_v, back_lambda;
   Vector second_v, second_lambda, probed;
-  Evaluation there, end;        ///< at the end of the trial step; where W is compared besides
+  Evaluation there, end;        ///< at the end of the probe step; where W is compared besides
   std::vector<double> counted;  ///< changes of W between free variables
 };
 

@@ -40,8 +40,8 @@ bool by_structure(TestContext& c, const TrialPoint& trial, ActiveSetSystem& syst
     if (is_linear(col)) set.redundant[at(row)] = true;
   }
   ActiveSetSystem rest(c.canonical, c.kkt, set, trial.scaling, trial.point.evaluation);
-  const InertiaTest test = second_order_test(rest, trial.error, c.margin(), 0.0, true);
-  return test.inner && test.inner_response <= kIndependent;
+  const InertiaTest test = inner_test(rest, trial.error, c.margin());
+  return test.inner && test.inner_inverse_norm <= kIndependent;
 }
 
 /// Whether W ties one of Max's free variables, which no row that counts reads, to another one but

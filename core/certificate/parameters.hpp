@@ -14,8 +14,8 @@ using namespace parameters;  // those of all rooms
 constexpr double kConfirmed = 0.5;  ///< share of a value: a smaller change leaves it what it is
 /// Square root of rounding: limit of a residual; relative distance over which W is compared.
 constexpr double kRootOfRounding = 1e-8;
-/// Shift of rows of length one whose gradients may depend on each other.
-constexpr double kRelaxation = 1e-10;
+/// Shift of the rows of multipliers, of length one, whose gradients may depend on each other.
+constexpr double kDualShift = 1e-10;
 constexpr double kRigid = 1e20;  ///< curvature of a slack whose inequality is an equation
 
 // --- Which bounds are active ---------------------------------------------------------------------
@@ -30,15 +30,15 @@ constexpr double kTau = 0.995;  ///< fraction to the boundary
 
 // --- The Newton step to the solution -------------------------------------------------------------
 
-/// Largest ratio of the second step to the first at which Newton's method counts as converging. For
-/// x^3 at 0 it is 1/4; below it quadratic convergence is near.
+/// Largest ratio of the simplified Newton step to the step tried at which Newton's method counts as
+/// converging. For x^3 at 0 it is 1/4; below it quadratic convergence is near.
 constexpr double kContraction = 0.1;
 /// Share of the way to an active bound that a step goes: models may be undefined on it.
 constexpr double kShareOfWay = 0.99;
 constexpr double kStepIsRounding = 1e-5;  ///< a step below this share of the step tried is rounding
 /// Largest product of Jacobian variation and inverse-norm estimate at which the matrices stay
 /// nonsingular along a step.
-constexpr double kTurn = 0.25;
+constexpr double kMostVariation = 0.25;
 /// Error of multipliers, in residuals of the gradient that they balance.
 constexpr double kResiduals = 10.0;
 constexpr double kIndependent = 1e5;  ///< largest inverse-norm estimate with independent gradients
@@ -66,7 +66,7 @@ constexpr Index kDependentEntries = 200000;
 /// Largest combination of rows of length one that counts as zero.
 constexpr double kDependent = 1e-7;
 /// Steps of inverse iteration; after them a larger combination than this is not zero: 3 times the
-/// square root of kRelaxation.
+/// square root of kDualShift.
 constexpr int kNullIterations = 4;
 constexpr double kClearlyIndependent = 3e-5;
 constexpr double kFirm = 1e6;  ///< factor of the barrier curvatures that hold bounds

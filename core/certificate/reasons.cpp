@@ -93,7 +93,7 @@ void Reasons::add_dependences(const Dependences& dependences) {
     add(std::move(reason));
   }
   if (!dependences.complete)
-    add(Kind::Dependent, Player::Min, "more active constraints have (nearly) dependent gradients");
+    add(Kind::Dependent, "more active constraints have (nearly) dependent gradients");
 }
 
 void Reasons::add_relaxed(const Iterate& iterate, const VariableScaling& scaling,

@@ -26,7 +26,9 @@ class Reasons {
                                [](const auto& r) { return r.kind != Kind::WeaklyActive; });
   }
   void add(CertificateReason reason);
-  void add(Kind kind, Player player, std::string text) { add({kind, player, std::move(text)}); }
+  void add(Kind kind, std::string text, Player player = Player::Min) {
+    add({kind, player, std::move(text)});
+  }
   /// Adds before + name + after, with the name of a canonical variable or of a slack's inequality.
   void add_about(Kind kind, Index i, const std::string& before, const std::string& after = {});
   void add_about_row(Kind kind, Index constraint, const std::string& before,

@@ -26,8 +26,7 @@ bool refute(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
 /// trial.wrong: a step to smaller values, if one was seen.
 bool is_flat(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
   const bool inner =
-      !c.has_x() ||
-      (c.has_y() && !second_order_test(system, trial.error, c.margin(), 0.0, true).inner);
+      !c.has_x() || (c.has_y() && !inner_test(system, trial.error, c.margin()).inner);
   if (inner && !c.may_factorize(1)) return false;
   const Player player = inner ? Player::Max : Player::Min;
   const FlatDirections found = find_flat_directions(c, system, trial.point, c.margin(), player);
@@ -51,24 +50,24 @@ void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
                         "Newton's method does not converge here, so the solution may not be "
                         "isolated; the slowest variable is ");
   } else if (!trial.converges) {
-    c.reasons.add(Kind::NotIsolated, Player::Min,
+    c.reasons.add(Kind::NotIsolated,
                   "Newton's method cannot go on from here: its equations are singular, or the "
                   "model is undefined at the end of a step");
   } else if (!gradients_hold(trial)) {
-    c.reasons.add_about_row(Kind::Unsteady, newton.turning,
+    c.reasons.add_about_row(Kind::Unsteady, newton.varying_row,
                             "gradients of active constraints change too much between this point "
                             "and the solution, most that of ");
   } else if (!c.reasons.has_obstacle() && c.may_factorize(2)) {
     measure_inertias(c, system, trial);
     c.examine_curvature(trial.point, without_inactive(c.canonical, trial.set, newton.end.lambda),
                         &system);
-    const Index least = std::max(c.arrays.curvature.found.variable, 0);
+    const Index least = std::max(c.arrays.curvature.variable, 0);
     c.reasons.add_about(
         Kind::LittleCurvature, least,
         "the curvature is neither clearly right nor clearly wrong; it is smallest in ");
   }
   if (c.stopped) {
-    c.reasons.add(Kind::Effort, Player::Min, "the test has used up its factorizations");
+    c.reasons.add(Kind::Effort, "the test has used up its factorizations");
   }
 }
 
@@ -78,7 +77,7 @@ SecondOrder judge_without_certificate(TestContext& c, TrialPoint& trial) {
   ActiveSetSystem system = c.system_of(trial);
   measure_inertias(c, system, trial);
   c.reasons.add_weakly_active(trial.set);
-  // What is wrong is left whatever that costs.
+  // A refutation has no limit of factorizations, once the inertias are measured.
   const bool refuted = refute(c, system, trial);
   const bool flat = !refuted && c.may_factorize(1) && is_flat(c, system, trial);
   if (trial.dependences) c.reasons.add_dependences(*trial.dependences);

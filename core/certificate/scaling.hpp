@@ -12,8 +12,9 @@ namespace ipminmax {
 
 using Vector = Eigen::VectorXd;
 
-/// Scaled variables: no entry of W_yy, W_xx and W_xy exceeds 1, and each variable with curvature
+/// Scaled variables: between variables with curvature no entry of W exceeds 1, and each of these
 /// has an entry of about that size. So "little curvature" means the same in all units of the model.
+/// An entry of a variable whose length comes from constraints may be larger.
 struct VariableScaling {
   Vector variable;    ///< per canonical variable; a slack's is its constraint's
   Vector constraint;  ///< per canonical constraint

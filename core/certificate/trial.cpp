@@ -5,7 +5,7 @@
 
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -17,7 +17,7 @@ using namespace parameters::certificate;
 /// Largest entry of the solution for a generic right-hand side, slacks and bound multipliers apart;
 /// infinite where the factors do not reproduce the matrix. False: without pivoting an inertia is
 /// trusted only when they do.
-bool is_trusted(ActiveSetSystem& system, bool inner, double& response) {
+bool is_trusted(ActiveSetSystem& system, bool inner, double& inverse_norm) {
   constexpr double kHalved = 2.0 / 3.0;  // entries of 1/2 on the average
   const CanonicalProblem& canonical = system.canonical;
   NewtonResidual& rhs = system.rhs();
@@ -28,15 +28,15 @@ bool is_trusted(ActiveSetSystem& system, bool inner, double& response) {
     if (system.counts(j)) rhs.lambda[j] = kHalved * generic_entry(canonical.variables() + j);
   }
   const Step& step = system.step();
-  response = kInfinity;
+  inverse_norm = kInfinity;
   if (system.solve(inner, rhs, system.step(), system.kkt.least_accuracy())) {
-    response = max_norm(step.lambda, inner ? canonical.max_constraints().begin : 0,
-                        canonical.constraints());
+    inverse_norm = max_norm(step.lambda, inner ? canonical.max_constraints().begin : 0,
+                            canonical.constraints());
     for (Index i = inner ? canonical.y().begin : 0; i < canonical.variables(); ++i) {
-      if (!is_slack(canonical, i)) response = std::max(response, std::abs(step.v[i]));
+      if (!is_slack(canonical, i)) inverse_norm = std::max(inverse_norm, std::abs(step.v[i]));
     }
   }
-  return system.kkt.pivots() || std::isfinite(response);
+  return system.kkt.pivots() || std::isfinite(inverse_norm);
 }
 
 }  // namespace
@@ -61,53 +61,48 @@ Vector without_inactive(const CanonicalProblem& canonical, const ActiveBounds& s
   return lambda;
 }
 
-InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error, double margin,
-                              double proximal, bool inner_alone) {
+InertiaTest inner_test(ActiveSetSystem& system, const Vector& error, double margin,
+                       double proximal) {
   KktSystem& kkt = system.kkt;
-  const Regularization inner{.y = proximal - margin}, full{.x = -margin, .y = margin + proximal};
-  const bool same_values = error.size() == 0 && system.set.weak(system.canonical, Player::Max) == 0;
   InertiaTest test;
-  // The worst W for the maximizer has + error in y, and no weakly active bound holds him.
-  system.assemble({}, error, 0.0, -1.0);
-  test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner(inner)) &&
-               is_trusted(system, true, test.inner_response);
-  if (!test.inner || inner_alone) return test;
-  // For the minimizer the worst W has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx
-  // (on the tangent spaces) is smallest.
-  if (!same_values) system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
-  test.full = kkt.has_expected_inertia(kkt.factorize(full)) &&
-              is_trusted(system, false, test.full_response);
+  // The worst W for the maximizer has + error, and no weakly active bound holds him.
+  system.assemble({}, error, 1.0);
+  test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner({.y = proximal - margin})) &&
+               is_trusted(system, true, test.inner_inverse_norm);
   return test;
 }
 
-namespace {
-
-/// An iterate on the way of the test's Newton steps, with multipliers of open bounds that are
-/// mu / s.
-Iterate solution_of(const CanonicalProblem& canonical, const TrialPoint& trial, Iterate end,
-                    double mu) {
-  // Weakly active ones of Max are in the equations, with multipliers of their own.
-  const auto in_equations = [&](Index i) {
-    return trial.set[i] == BoundClass::Active ||
-           (trial.set[i] == BoundClass::WeaklyActive && canonical.owned_by_max(i));
-  };
-  for_each_bound(canonical, end.v, [&](Index i, int side, double distance) {
-    const bool open = !in_equations(i) || trial.set.side_of(i) != side;
-    if (open && distance > 0.0) multiplier_of(end, i, side) = mu / distance;
-  });
-  for_each_slack(canonical, [&](Index j, Index slack) {
-    if (!in_equations(slack))
-      end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
-  });
-  return end;
+InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error, double margin,
+                              double proximal) {
+  KktSystem& kkt = system.kkt;
+  InertiaTest test = inner_test(system, error, margin, proximal);
+  if (!test.inner) return test;
+  // For the minimizer the worst W has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx
+  // (on the tangent spaces) is smallest.
+  if (error.size() > 0 || system.set.weak(system.canonical, Player::Max) > 0)
+    system.assemble(ActiveSetSystem::kSufficient, error, -1.0);
+  test.full = kkt.has_expected_inertia(kkt.factorize({.x = -margin, .y = margin + proximal})) &&
+              is_trusted(system, false, test.full_inverse_norm);
+  return test;
 }
-
-}  // namespace
 
 double move_to(TestContext& c, TrialPoint& trial, const Iterate& reached, double mu,
                double allowed) {
   Point end = trial.point;
-  end.iterate = solution_of(c.canonical, trial, reached, mu);
+  Iterate& z = end.iterate = reached;
+  // Weakly active ones of Max are in the equations, with multipliers of their own.
+  const auto in_equations = [&](Index i) {
+    return trial.set[i] == BoundClass::Active ||
+           (trial.set[i] == BoundClass::WeaklyActive && c.canonical.owned_by_max(i));
+  };
+  for_each_bound(c.canonical, z.v, [&](Index i, int side, double distance) {
+    const bool open = !in_equations(i) || trial.set.side_of(i) != side;
+    if (open && distance > 0.0) multiplier_of(z, i, side) = mu / distance;
+  });
+  for_each_slack(c.canonical, [&](Index j, Index slack) {
+    if (!in_equations(slack))
+      z.lambda[j] = c.canonical.sign(slack) * (z.z_upper[slack] - z.z_lower[slack]);
+  });
   const double error = c.evaluate(end) ? c.error(end) : kInfinity;
   if (!(error <= allowed)) return error;
   trial.moved = std::move(end);
@@ -124,8 +119,8 @@ bool move_to_end(TestContext& c, TrialPoint& trial, const Iterate& end, double a
 }
 
 bool gradients_hold(const TrialPoint& trial) {
-  return trial.newton.inner_turn * trial.test.inner_response <= kTurn &&
-         trial.newton.turn * trial.test.full_response <= kTurn;
+  return trial.newton.inner_variation * trial.test.inner_inverse_norm <= kMostVariation &&
+         trial.newton.jacobian_variation * trial.test.full_inverse_norm <= kMostVariation;
 }
 
 void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {

@@ -8,7 +8,7 @@
 #include "core/certificate/dependence.hpp"
 #include "core/certificate/parameters.hpp"
 #include "core/certificate/reasons.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 
@@ -94,12 +94,15 @@ struct TestContext {
                                    const KktSolve& solve);
 
 /// Tests the sufficient conditions: whether both inertias are right for every Hessian within the
-/// error, with the margin subtracted from both players' curvature, and with weakly active bounds at
-/// their worst. proximal: also subtracted from the curvature of all of Max's variables, as for f -
-/// proximal |y - y*|^2 / 2. K stays factorized with margin and error in it.
+/// error, and with weakly active bounds at their worst. The matrices have
+///     K_yy: W_yy + margin - proximal
+///     K:    W_xx - margin,  W_yy - margin - proximal
+/// proximal: as for f - proximal |y - y*|^2 / 2. K stays factorized with margin and error in it.
 [[nodiscard]] InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error,
-                                            double margin, double proximal = 0.0,
-                                            bool inner_alone = false);
+                                            double margin, double proximal = 0.0);
+/// The same of K_yy alone.
+[[nodiscard]] InertiaTest inner_test(ActiveSetSystem& system, const Vector& error, double margin,
+                                     double proximal = 0.0);
 /// Moves the trial to an iterate that its Newton steps reached, where multipliers of open bounds
 /// are mu / s, if its error is allowed. Returns the error; infinity: the model is undefined there.
 [[nodiscard]] double move_to(TestContext& c, TrialPoint& trial, const Iterate& reached, double mu,
@@ -116,9 +119,8 @@ void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial
 /// it. A bound is weakly active if the ratio lies between 1 / strict_ratio and strict_ratio. A
 /// bound that is no farther than its relaxation is never inactive.
 void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& trial);
-/// Whether two points are near each other: scaled, within share of the problem's size; and
-/// unscaled, within a thousandth of each variable's own size. If that is zero: within a thousandth,
-/// and within far() scaled.
+/// Whether two points are near each other: scaled, within share of the problem's size; and each
+/// variable within a thousandth of its own size, or within a thousandth and, scaled, far().
 [[nodiscard]] bool is_near(const TestContext& c, const Vector& from, const Vector& to,
                            const VariableScaling& scaling, double share);
 /// Finds dependent gradients among the constraints that the system counts, weakly active bounds as
@@ -166,9 +168,9 @@ void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& tri
 
 /// Directions without curvature beyond the margin.
 struct FlatDirections {
-  /// There are some, and the value stays the same along all of them, up to rounding and the effect
-  /// of relaxed bounds, over lengths up to a tenth of the point. False as well where trial points
-  /// could not be computed.
+  /// There are some, and the value stays the same along the first and a combination of all, up to
+  /// rounding and the effect of relaxed bounds, over three lengths of at most a tenth of the
+  /// problem's size. False as well if such points could not be computed.
   bool flat = false;
   /// The first direction that is not flat, or the first one; a step of canonical variables. Empty:
   /// there are none.
@@ -178,9 +180,9 @@ struct FlatDirections {
   std::optional<Vector> descent{};
 };
 
-/// Finds directions without curvature at a point that is not refuted and has no weakly active
-/// bounds: of Max at this x, or of Min with y answering. Curvature up to ten margins counts as
-/// none. Inverse iteration gives a few orthogonal directions. They are general combinations of all
+/// Finds directions without curvature at a point that is not refuted: of Max at this x, or of Min
+/// with y answering. Weakly active bounds are kept. Curvature up to ten margins counts as none.
+/// Inverse iteration gives a few orthogonal directions. They are general combinations of all
 /// flat ones, so the value changes along them if it changes along any.
 [[nodiscard]] FlatDirections find_flat_directions(TestContext& c, ActiveSetSystem& system,
                                                   const Point& point, double margin, Player owner);
@@ -192,7 +194,7 @@ struct FlatDirections {
 /// Follows the solution to smaller barrier parameters. The distance of an active bound falls as mu
 /// and its multiplier stays; at an inactive one it is the other way round. Ends if every bound is
 /// classified and the point hardly moves, if a distance has lost its digits, or with the budget.
-void follow_barrier(TestContext& c, TrialPoint& trial);
+void follow_barrier_path(TestContext& c, TrialPoint& trial);
 
 /// Checks a vertex, where curvature does not show that gradients jump. For each player of a game
 /// without free variables the gradient is compared with what W predicts a small step inside the

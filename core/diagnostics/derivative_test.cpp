@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/diagnostics/derivative_test.hpp"
-#include "core/differences/first_derivatives.hpp"
+#include "core/differences/hessian_detection.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"

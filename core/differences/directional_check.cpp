@@ -5,9 +5,9 @@
 
 #include "core/model/compare.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
-#include "core/model/products.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "core/differences/first_derivatives.hpp"
 #include "core/differences/hessian_detection.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "../../linalg/triplet.hpp"
+#include "numbers.hpp"
 
 /// @file
 /// Exact sparse first and second derivatives of formulas that are written once for any number type.
@@ -132,10 +133,7 @@ class Recording {
 template <std::size_t L>
 inline constinit thread_local Recording<L>* recording = nullptr;
 
-/// Value and derivatives of a function of one number, and of two.
-struct Unary {
-  double value, a, aa;
-};
+/// Value and derivatives of a function of two numbers.
 struct Binary {
   double value, a, b, aa, ab, bb;
 };
@@ -143,9 +141,8 @@ struct Binary {
 /// A number that remembers how it was computed, at L points at once: a constant, or a constant plus
 /// factor times an input or operation. Comparisons compare values.
 template <std::size_t L>
-class TapedLanes {
+class TapedLanes : public Differentiated<TapedLanes<L>> {
  public:
-  using FormulaNumber = void;
   TapedLanes(double constant = 0.0) { value_.fill(constant); }  // NOLINT: conversion is the point
   TapedLanes(const Lanes<L>& value, Index node, double factor = 1.0)
       : value_(value), factor_(factor), node_(node) {}
@@ -180,7 +177,7 @@ class TapedLanes {
       const double numerator = a.value_[0];
       return unary(b, [numerator](double x) {
         const double inverse = 1.0 / x, ratio = numerator * inverse;
-        return Unary{ratio, -ratio * inverse, 2.0 * ratio * inverse * inverse};
+        return Unary<double>{ratio, -ratio * inverse, 2.0 * ratio * inverse * inverse};
       });
     }
     return binary(a, b, [](double x, double y) {
@@ -194,11 +191,6 @@ class TapedLanes {
     });
   }
   friend TapedLanes operator-(const TapedLanes& a) { return a * TapedLanes(-1.0); }
-  friend TapedLanes operator+(const TapedLanes& a) { return a; }
-  TapedLanes& operator+=(const TapedLanes& b) { return *this = *this + b; }
-  TapedLanes& operator-=(const TapedLanes& b) { return *this = *this - b; }
-  TapedLanes& operator*=(const TapedLanes& b) { return *this = *this * b; }
-  TapedLanes& operator/=(const TapedLanes& b) { return *this = *this / b; }
   friend std::partial_ordering operator<=>(const TapedLanes& a, const TapedLanes& b) {
     const std::partial_ordering first = a.value_[0] <=> b.value_[0];
     for (std::size_t l = 1; l < L; ++l) {
@@ -208,58 +200,10 @@ class TapedLanes {
   }
   friend bool operator==(const TapedLanes& a, const TapedLanes& b) { return (a <=> b) == 0; }
 
-  friend TapedLanes sqrt(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double root = std::sqrt(x);
-      return Unary{root, 0.5 / root, -0.25 / (root * x)};
-    });
-  }
-  friend TapedLanes exp(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double e = std::exp(x);
-      return Unary{e, e, e};
-    });
-  }
-  friend TapedLanes log(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double inverse = 1.0 / x;
-      return Unary{std::log(x), inverse, -inverse * inverse};
-    });
-  }
-  friend TapedLanes sin(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double s = std::sin(x);
-      return Unary{s, std::cos(x), -s};
-    });
-  }
-  friend TapedLanes cos(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double c = std::cos(x);
-      return Unary{c, -std::sin(x), -c};
-    });
-  }
   friend TapedLanes tan(const TapedLanes& a) {
     return unary(a, [](double x) {
       const double t = std::tan(x);
-      return Unary{t, 1.0 + t * t, 2.0 * t * (1.0 + t * t)};
-    });
-  }
-  friend TapedLanes asin(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double c = 1.0 - x * x;
-      return Unary{std::asin(x), 1.0 / std::sqrt(c), x / (c * std::sqrt(c))};
-    });
-  }
-  friend TapedLanes acos(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double c = 1.0 - x * x;
-      return Unary{std::acos(x), -1.0 / std::sqrt(c), -x / (c * std::sqrt(c))};
-    });
-  }
-  friend TapedLanes atan(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double d = 1.0 / (1.0 + x * x);
-      return Unary{std::atan(x), d, -2.0 * x * d * d};
+      return Unary<double>{t, 1.0 + t * t, 2.0 * t * (1.0 + t * t)};
     });
   }
   friend TapedLanes atan2(const TapedLanes& a, const TapedLanes& b) {
@@ -274,45 +218,20 @@ class TapedLanes {
       return Binary{r, p, q, q * q / r, -p * q / r, p * p / r};
     });
   }
-  friend TapedLanes sinh(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double s = std::sinh(x);
-      return Unary{s, std::cosh(x), s};
-    });
-  }
-  friend TapedLanes cosh(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double c = std::cosh(x);
-      return Unary{c, std::sinh(x), c};
-    });
-  }
-  friend TapedLanes tanh(const TapedLanes& a) {
-    return unary(a, [](double x) {
-      const double t = std::tanh(x);
-      return Unary{t, 1.0 - t * t, -2.0 * t * (1.0 - t * t)};
-    });
-  }
   /// Not differentiable at 0, where the derivative is that of a.
   friend TapedLanes abs(const TapedLanes& a) { return a < TapedLanes(0.0) ? -a : a; }
-  friend TapedLanes fabs(const TapedLanes& a) { return abs(a); }
-  friend TapedLanes square(const TapedLanes& a) {
-    return unary(a, [](double x) { return Unary{x * x, 2.0 * x, 2.0}; });
-  }
   friend TapedLanes pow(const TapedLanes& a, double p) {
     if (p == 0.0) return 1.0;
     if (p == 1.0) return a;
-    return unary(a, [p](double x) {
-      return Unary{std::pow(x, p), p * std::pow(x, p - 1.0),
-                   p == 2.0 ? 2.0 : p * (p - 1.0) * std::pow(x, p - 2.0)};
-    });
+    return unary(a, [p](double x) { return table::derivatives_of_pow(x, p); });
   }
-  friend TapedLanes pow(const TapedLanes& a, int p) { return pow(a, static_cast<double>(p)); }
   /// a > 0.
   friend TapedLanes pow(const TapedLanes& a, const TapedLanes& b) {
     return b.node_ < 0 ? pow(a, b.value_[0]) : exp(b * log(a));
   }
 
  private:
+  friend Differentiated<TapedLanes>;
   [[nodiscard]] TapedLanes scaled(const Lanes<L>& value, double by) const {
     return {value, node_, factor_ * by};
   }
@@ -330,7 +249,7 @@ class TapedLanes {
   static TapedLanes unary(const TapedLanes& a, F f) {
     Lanes<L> value, slope, second;
     for (std::size_t l = 0; l < L; ++l) {
-      const Unary at = f(a.value_[l]);
+      const Unary<double> at = f(a.value_[l]);
       value[l] = at.value;
       slope[l] = at.a * a.factor_;
       second[l] = at.aa * a.factor_ * a.factor_;
@@ -344,13 +263,13 @@ class TapedLanes {
     if (b.node_ < 0) {
       return unary(a, [&](double x) {
         const Binary at = f(x, b.value_[0]);
-        return Unary{at.value, at.a, at.aa};
+        return Unary<double>{at.value, at.a, at.aa};
       });
     }
     if (a.node_ < 0) {
       return unary(b, [&](double y) {
         const Binary at = f(a.value_[0], y);
-        return Unary{at.value, at.b, at.bb};
+        return Unary<double>{at.value, at.b, at.bb};
       });
     }
     Lanes<L> value, slope_a, slope_b, aa, ab, bb;
@@ -377,14 +296,11 @@ class TapedLanes {
 /// A number that remembers how it was computed.
 using Taped = autodiff::TapedLanes<1>;
 
-#define IPMINMAX_FUNCTIONS_OF_ONE(use)                                                           \
-  use(sqrt) use(exp) use(log) use(sin) use(cos) use(tan) use(asin) use(acos) use(atan) use(sinh) \
-      use(cosh) use(tanh) use(abs) use(fabs)
+#define IPMINMAX_FUNCTIONS_OF_ONE(use) IPMINMAX_TABLE(use) use(tan) use(abs)
 
 /// A double under the names of Taped: formulas that call sin(x), abs(x), square(x) mean these.
-class Plain {
+class Plain : public autodiff::Number<Plain> {
  public:
-  using FormulaNumber = void;
   Plain(double value = 0.0) : value_(value) {}  // NOLINT: conversion is the point
   [[nodiscard]] double value() const { return value_; }
 
@@ -393,11 +309,6 @@ class Plain {
   friend Plain operator*(Plain a, Plain b) { return a.value_ * b.value_; }
   friend Plain operator/(Plain a, Plain b) { return a.value_ / b.value_; }
   friend Plain operator-(Plain a) { return -a.value_; }
-  friend Plain operator+(Plain a) { return a; }
-  Plain& operator+=(Plain b) { return *this = *this + b; }
-  Plain& operator-=(Plain b) { return *this = *this - b; }
-  Plain& operator*=(Plain b) { return *this = *this * b; }
-  Plain& operator/=(Plain b) { return *this = *this / b; }
   friend auto operator<=>(Plain a, Plain b) { return a.value_ <=> b.value_; }
   friend bool operator==(Plain a, Plain b) { return a.value_ == b.value_; }
 
@@ -409,7 +320,6 @@ class Plain {
   friend Plain hypot(Plain a, Plain b) { return std::hypot(a.value_, b.value_); }
   friend Plain square(Plain a) { return a.value_ * a.value_; }
   friend Plain pow(Plain a, double p) { return std::pow(a.value_, p); }
-  friend Plain pow(Plain a, int p) { return std::pow(a.value_, static_cast<double>(p)); }
   friend Plain pow(Plain a, Plain p) { return std::pow(a.value_, p.value_); }
 
  private:
@@ -970,10 +880,9 @@ namespace std {
     return function(T(a), b);                      \
   }
 IPMINMAX_FUNCTIONS_OF_ONE(IPMINMAX_OF_ONE)
-IPMINMAX_OF_TWO(pow)
-IPMINMAX_OF_TWO(atan2)
-IPMINMAX_OF_TWO(hypot)
+IPMINMAX_OF_ONE(fabs) IPMINMAX_OF_TWO(pow) IPMINMAX_OF_TWO(atan2) IPMINMAX_OF_TWO(hypot)
 #undef IPMINMAX_OF_ONE
 #undef IPMINMAX_OF_TWO
 #undef IPMINMAX_FUNCTIONS_OF_ONE
+#undef IPMINMAX_TABLE
 }  // namespace std

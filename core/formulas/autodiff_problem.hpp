@@ -175,7 +175,8 @@ class AutodiffProblem : public Problem {
     }
     return all_finite(values);
   }
-  /// Copies the functions; null for a derived class that does not override it.
+  /// Copies the functions, of which a copy must not write what others read; null for a derived
+  /// class that does not override it.
   [[nodiscard]] std::unique_ptr<Problem> clone() const override {
     if (typeid(*this) != typeid(AutodiffProblem)) return nullptr;
     return std::make_unique<AutodiffProblem>(functions_, data());

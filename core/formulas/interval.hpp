@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "../../linalg/api.hpp"
+#include "numbers.hpp"
 
 /// @file
 /// Numbers that enclose: formulas written once for any number type (autodiff_problem.hpp) are
@@ -33,10 +34,19 @@ class UndecidedComparison : public std::domain_error {
       : std::domain_error("the formulas compare values whose order differs within a box") {}
 };
 
-/// All numbers between two ends, which may be infinite.
-class Interval {
+/// Base of a type T that encloses numbers: what follows from T's operator < and functions.
+template <class T>
+class Enclosing {
  public:
-  using FormulaNumber = void;
+  friend bool operator>(const T& a, const T& b) { return b < a; }
+  friend bool operator<=(const T& a, const T& b) { return !(b < a); }
+  friend bool operator>=(const T& a, const T& b) { return !(a < b); }
+  friend T hypot(const T& a, const T& b) { return sqrt(square(a) + square(b)); }
+};
+
+/// All numbers between two ends, which may be infinite.
+class Interval : public autodiff::Number<Interval>, public Enclosing<Interval> {
+ public:
   Interval(double value = 0.0) : Interval(value, value) {}  // NOLINT: conversion is the point
   /// Makes the interval of all numbers if an end is NaN or the ends are in the wrong order.
   Interval(double lower, double upper) : lower_(lower), upper_(upper) {
@@ -67,7 +77,6 @@ class Interval {
     return {down(a.lower_ + b.lower_), up(a.upper_ + b.upper_)};
   }
   friend Interval operator-(const Interval& a) { return {-a.upper_, -a.lower_}; }
-  friend Interval operator+(const Interval& a) { return a; }
   friend Interval operator-(const Interval& a, const Interval& b) { return a + -b; }
   friend Interval operator*(const Interval& a, const Interval& b) {
     if (a.is_zero() || b.is_zero()) return 0.0;
@@ -82,10 +91,6 @@ class Interval {
                 {over(a.lower_, b.lower_), over(a.lower_, b.upper_), over(a.upper_, b.lower_),
                  over(a.upper_, b.upper_)});
   }
-  Interval& operator+=(const Interval& b) { return *this = *this + b; }
-  Interval& operator-=(const Interval& b) { return *this = *this - b; }
-  Interval& operator*=(const Interval& b) { return *this = *this * b; }
-  Interval& operator/=(const Interval& b) { return *this = *this / b; }
 
   /// Returns the numbers in both. If there are none, which only rounding can cause, returns a.
   friend Interval intersection(const Interval& a, const Interval& b) {
@@ -98,9 +103,6 @@ class Interval {
     if (a.lower_ >= b.upper_) return false;
     throw UndecidedComparison();
   }
-  friend bool operator>(const Interval& a, const Interval& b) { return b < a; }
-  friend bool operator<=(const Interval& a, const Interval& b) { return !(b < a); }
-  friend bool operator>=(const Interval& a, const Interval& b) { return !(a < b); }
   friend bool operator==(const Interval& a, const Interval& b) {
     if (a.lower_ == a.upper_ && b.lower_ == b.upper_) return a.lower_ == b.lower_;
     if (a.upper_ < b.lower_ || b.upper_ < a.lower_) return false;
@@ -167,7 +169,6 @@ class Interval {
     if (a.upper_ <= 0.0) return -a;
     return {0.0, a.magnitude()};
   }
-  friend Interval fabs(const Interval& a) { return abs(a); }
   friend Interval square(const Interval& a) {
     const Interval size = abs(a);
     return {size.lower_ == 0.0 ? 0.0 : std::max(0.0, down(size.lower_ * size.lower_)),
@@ -187,7 +188,6 @@ class Interval {
     const double low = wide_down(std::pow(from, p));
     return {from >= 0.0 ? std::max(0.0, low) : low, wide_up(std::pow(base.upper_, p))};
   }
-  friend Interval pow(const Interval& a, int p) { return pow(a, static_cast<double>(p)); }
   friend Interval pow(const Interval& a, const Interval& p) {
     if (p.lower_ == p.upper_) return pow(a, p.lower_);
     return a.lower_ < 0.0 ? all() : exp(p * log(a));  // of a < 0 where p is whole
@@ -197,9 +197,6 @@ class Interval {
     if (y.lower_ > 0.0) return pi() * 0.5 - atan(x / y);
     if (y.upper_ < 0.0) return -(pi() * 0.5) - atan(x / y);
     return {-pi().upper_, pi().upper_};
-  }
-  friend Interval hypot(const Interval& a, const Interval& b) {
-    return sqrt(square(a) + square(b));
   }
 
  private:
@@ -238,12 +235,11 @@ class Interval {
 /// a variable whose derivative along it is 1. Derivatives also enclose those just outside the ends
 /// of the box. If the box touches a kink, a pole or an end of the formula's domain, they contain
 /// all one-sided slopes. So a slope of strict sign has this sign in touching boxes as well.
-class IntervalJet {
+class IntervalJet : public autodiff::Differentiated<IntervalJet>, public Enclosing<IntervalJet> {
  public:
   /// Largest number of directions; the work of a proof grows exponentially with it.
   static constexpr std::size_t kMostDirections = 8;
 
-  using FormulaNumber = void;
   IntervalJet(double constant = 0.0) : value_(constant) {}  // NOLINT: conversion is the point
   explicit IntervalJet(const Interval& value) : value_(value) {}
   /// The variable of one direction among `directions`.
@@ -266,7 +262,6 @@ class IntervalJet {
     return each(a, b, [](const Interval& x, const Interval& y) { return x - y; });
   }
   friend IntervalJet operator-(const IntervalJet& a) { return IntervalJet(0.0) - a; }
-  friend IntervalJet operator+(const IntervalJet& a) { return a; }
   friend IntervalJet operator*(const IntervalJet& a, const IntervalJet& b) {
     IntervalJet r(a.value_ * b.value_);
     r.directions_ = std::max(a.directions_, b.directions_);
@@ -281,91 +276,30 @@ class IntervalJet {
   }
   friend IntervalJet operator/(const IntervalJet& a, const IntervalJet& b) {
     const Interval inverse = Interval(1.0) / b.value_, slope = -(inverse * inverse);
-    return a * chain(b, inverse, slope, Interval(-2.0) * slope * inverse);
+    return a * chain(b, {inverse, slope, -2.0 * slope * inverse});
   }
-  IntervalJet& operator+=(const IntervalJet& b) { return *this = *this + b; }
-  IntervalJet& operator-=(const IntervalJet& b) { return *this = *this - b; }
-  IntervalJet& operator*=(const IntervalJet& b) { return *this = *this * b; }
-  IntervalJet& operator/=(const IntervalJet& b) { return *this = *this / b; }
   friend bool operator<(const IntervalJet& a, const IntervalJet& b) { return a.value_ < b.value_; }
-  friend bool operator>(const IntervalJet& a, const IntervalJet& b) { return a.value_ > b.value_; }
-  friend bool operator<=(const IntervalJet& a, const IntervalJet& b) {
-    return a.value_ <= b.value_;
-  }
-  friend bool operator>=(const IntervalJet& a, const IntervalJet& b) {
-    return a.value_ >= b.value_;
-  }
   friend bool operator==(const IntervalJet& a, const IntervalJet& b) {
     return a.value_ == b.value_;
   }
 
-  friend IntervalJet sqrt(const IntervalJet& a) {
-    const Interval root = sqrt(a.value_), slope = Interval(0.5) / root;
-    return chain(a, root, slope, -slope * (Interval(0.5) / a.value_));
-  }
-  friend IntervalJet exp(const IntervalJet& a) {
-    const Interval e = exp(a.value_);
-    return chain(a, e, e, e);
-  }
-  friend IntervalJet log(const IntervalJet& a) {
-    const Interval inverse = Interval(1.0) / a.value_;
-    return chain(a, log(a.value_), inverse, -(inverse * inverse));
-  }
-  friend IntervalJet sin(const IntervalJet& a) {
-    const Interval s = sin(a.value_);
-    return chain(a, s, cos(a.value_), -s);
-  }
-  friend IntervalJet cos(const IntervalJet& a) {
-    const Interval c = cos(a.value_);
-    return chain(a, c, -sin(a.value_), -c);
-  }
   friend IntervalJet tan(const IntervalJet& a) {
     const Interval t = tan(a.value_), slope = Interval(1.0) / square(cos(a.value_));
-    return chain(a, t, slope, Interval(2.0) * t * slope);
-  }
-  friend IntervalJet asin(const IntervalJet& a) {
-    const Interval c = Interval(1.0) - square(a.value_), slope = Interval(1.0) / sqrt(c);
-    return chain(a, asin(a.value_), slope, a.value_ * slope / c);
-  }
-  friend IntervalJet acos(const IntervalJet& a) {
-    const Interval c = Interval(1.0) - square(a.value_), slope = Interval(1.0) / sqrt(c);
-    return chain(a, acos(a.value_), -slope, -(a.value_ * slope / c));
-  }
-  friend IntervalJet atan(const IntervalJet& a) {
-    const Interval slope = Interval(1.0) / (Interval(1.0) + square(a.value_));
-    return chain(a, atan(a.value_), slope, Interval(-2.0) * a.value_ * square(slope));
-  }
-  friend IntervalJet sinh(const IntervalJet& a) {
-    const Interval s = sinh(a.value_);
-    return chain(a, s, cosh(a.value_), s);
-  }
-  friend IntervalJet cosh(const IntervalJet& a) {
-    const Interval c = cosh(a.value_);
-    return chain(a, c, sinh(a.value_), c);
-  }
-  friend IntervalJet tanh(const IntervalJet& a) {
-    const Interval t = tanh(a.value_), slope = Interval(1.0) - square(t);
-    return chain(a, t, slope, Interval(-2.0) * t * slope);
+    return chain(a, {t, slope, 2.0 * t * slope});
   }
   friend IntervalJet abs(const IntervalJet& a) {
     if (a.value_.lower() > 0.0) return a;
     if (a.value_.upper() < 0.0) return -a;
-    return chain(a, abs(a.value_), {-1.0, 1.0}, Interval::all());
-  }
-  friend IntervalJet fabs(const IntervalJet& a) { return abs(a); }
-  friend IntervalJet square(const IntervalJet& a) {
-    return chain(a, square(a.value_), Interval(2.0) * a.value_, 2.0);
+    return chain(a, {abs(a.value_), {-1.0, 1.0}, Interval::all()});
   }
   friend IntervalJet pow(const IntervalJet& a, double p) {
     if (p == 0.0) return 1.0;
     if (p == 1.0) return a;
     if (std::floor(p) != p && a.value_.lower() < 0.0) {  // an end of where it is defined
-      return chain(a, pow(a.value_, p), Interval::all(), Interval::all());
+      return chain(a, {pow(a.value_, p), Interval::all(), Interval::all()});
     }
-    return chain(a, pow(a.value_, p), Interval(p) * pow(a.value_, p - 1.0),
-                 Interval(p) * Interval(p - 1.0) * pow(a.value_, p - 2.0));
+    return chain(a, autodiff::table::derivatives_of_pow(a.value_, p));
   }
-  friend IntervalJet pow(const IntervalJet& a, int p) { return pow(a, static_cast<double>(p)); }
   friend IntervalJet pow(const IntervalJet& a, const IntervalJet& p) {
     if (p.directions_ == 0 && p.value_.lower() == p.value_.upper()) return pow(a, p.value_.lower());
     if (a.value_.lower() < 0.0) return unknown(pow(a.value_, p.value_), a, p);
@@ -378,11 +312,9 @@ class IntervalJet {
     if (y.value_.upper() < 0.0) return IntervalJet(-half_turn) - atan(x / y);
     return unknown(atan2(y.value_, x.value_), y, x);  // the cut, or the origin
   }
-  friend IntervalJet hypot(const IntervalJet& a, const IntervalJet& b) {
-    return sqrt(square(a) + square(b));
-  }
 
  private:
+  friend autodiff::Differentiated<IntervalJet>;
   static std::size_t place(std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; }
 
   template <class Operation>
@@ -406,8 +338,8 @@ class IntervalJet {
     return r;
   }
   /// h(a) with h' and h'' over the values of a: h' a_i, h'' a_i a_j + h' a_ij.
-  static IntervalJet chain(const IntervalJet& a, const Interval& value, const Interval& first,
-                           const Interval& second) {
+  static IntervalJet chain(const IntervalJet& a, const autodiff::Unary<Interval>& h) {
+    const auto& [value, first, second] = h;
     IntervalJet r(value);
     r.directions_ = a.directions_;
     for (std::size_t i = 0; i < a.directions_; ++i) {
@@ -418,6 +350,10 @@ class IntervalJet {
       }
     }
     return r;
+  }
+  template <class F>
+  static IntervalJet unary(const IntervalJet& a, F f) {
+    return chain(a, f(a.value_));
   }
 
   Interval value_;

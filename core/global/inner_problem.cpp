@@ -7,7 +7,7 @@
 #include "core/model/indices.hpp"
 #include "core/model/sampling.hpp"
 #include "core/robust/robust_scope.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -6,7 +6,7 @@
 #include "core/global/inner_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 
 namespace ipminmax {
 namespace {

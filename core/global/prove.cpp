@@ -10,7 +10,6 @@
 #include "core/model/structure_check.hpp"
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/ranks.hpp"
-#include "core/parallel/result_bytes.hpp"
 #include "core/proof.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/robust/row_over_y.hpp"

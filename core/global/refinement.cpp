@@ -13,7 +13,7 @@
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
 #include "core/robust/epigraph.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 
 namespace ipminmax {
 namespace {

@@ -18,7 +18,7 @@
 #include "core/robust/epigraph.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 
 namespace ipminmax {
 namespace {

@@ -11,7 +11,7 @@
 #include "core/proof/local_minmax.hpp"
 #include "core/robust.hpp"
 #include "core/robust/epigraph.hpp"
-#include "core/search/kept_work.hpp"
+#include "core/search/solve.hpp"
 #include "core/solver.hpp"
 
 // The door: every call makes one budget, and all that is solved behind it is given that one.
@@ -125,16 +125,9 @@ Answer run_for(Problem& problem, const SolverOptions& options, const SolveObserv
   return run(problem, options, listener_of(observer));
 }
 
-Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
-                     KeptWork* kept) {
-  if (!is_plain(problem.structure(), options)) {
-    if (kept == nullptr) return run_for(problem, options, observer).best;
-    std::vector<RobustWorstCase> known = std::exchange(kept->worst_cases, {});
-    if (!options.warm_start_init_point) known.clear();
-    Result result = run_on({&problem}, nullptr, options, listener_of(observer), {}, known).best;
-    if (is_success(result.status)) kept->worst_cases = result.worst_cases;
-    return result;
-  }
+/// The only solve. kept: null, or of the last one.
+Result solve_plain(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+                   KeptWork* kept) {
   Budget budget(options, listener_of(observer));
   Result result = solve_from_start(problem, options, budget, budget.observer_of(0), kept);
   audit(problem, options, Witnesses(), budget, result, result.counts);
@@ -150,7 +143,8 @@ Answer run(Problem& problem, const SolverOptions& options, const MultistartObser
 }
 
 Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
-  return solve_keeping(problem, options, observer, nullptr);
+  return is_plain(problem.structure(), options) ? solve_plain(problem, options, observer, nullptr)
+                                                : run_for(problem, options, observer).best;
 }
 
 Result solve(Problem& problem, const SolverOptions& options,
@@ -168,7 +162,15 @@ Result RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
   // Taken out, so that an exception of the model leaves nothing half made.
   std::unique_ptr<KeptWork> kept = std::move(kept_);
   if (!kept) kept = std::make_unique<KeptWork>();
-  Result result = solve_keeping(problem, options, observer, kept.get());
+  Result result;
+  if (is_plain(problem.structure(), options)) {
+    result = solve_plain(problem, options, observer, kept.get());
+  } else {
+    std::vector<RobustWorstCase> known = std::exchange(kept->worst_cases, {});
+    if (!options.warm_start_init_point) known.clear();
+    result = run_on({&problem}, nullptr, options, listener_of(observer), {}, known).best;
+    if (is_success(result.status)) kept->worst_cases = result.worst_cases;
+  }
   if (result.status != Status::OutOfMemory) kept_ = std::move(kept);
   return result;
 }

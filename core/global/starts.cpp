@@ -15,11 +15,11 @@
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/parallel/joined_thread.hpp"
-#include "core/parallel/result_bytes.hpp"
 #include "core/robust/robust_scope.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "core/worst_case.hpp"
+#include "linalg/library_lock.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -284,7 +284,8 @@ void Starts::start_after_the_first() {
   constexpr double kSecondsToEnd = 3.0;
   queue_.put(1, last_);
   // Factorizations are counted when a solve has ended: only one at a time keeps to their number.
-  const std::size_t most = budget_.factorizations_left() ? 1 : workers_.size();
+  const bool alone = budget_.factorizations_left() || LibraryLock::is_held();
+  const std::size_t most = alone ? 1 : workers_.size();
   {
     std::vector<JoinedThread> threads;  // joined when they go out of scope
     for (std::size_t t = 1; t < most && static_cast<Index>(t) < last_; ++t) {

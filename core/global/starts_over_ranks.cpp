@@ -10,7 +10,6 @@
 #include "core/global/starts.hpp"
 #include "core/parallel/joined_thread.hpp"
 #include "core/parallel/ranks.hpp"
-#include "core/parallel/result_bytes.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

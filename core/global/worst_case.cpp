@@ -22,7 +22,7 @@
 #include "core/model/structure_check.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -8,7 +8,7 @@
 #include "core/model/indices.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/robust/row_over_y.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 
 namespace ipminmax {
 namespace {

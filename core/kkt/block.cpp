@@ -1,15 +1,38 @@
+#include "core/kkt/block.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
-#include "core/kkt/block.hpp"
 #include "core/model/indices.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
+
+KktLayout::KktLayout(const CanonicalProblem& canonical)
+    : x_slacks(canonical.x_slacks().size()), y_slacks(canonical.y_slacks().size()) {
+  x = {0, canonical.x().size()};
+  y = {x.end, x.end + canonical.y().size()};
+  lambda_x = {y.end, y.end + canonical.min_constraints().size()};
+  lambda_y = {lambda_x.end, lambda_x.end + canonical.max_constraints().size()};
+}
+
+Inertia KktLayout::expected() const {
+  return {x.size() + x_slacks + lambda_y.size(), y.size() + y_slacks + lambda_x.size(), 0};
+}
+
+Inertia KktLayout::expected_inner() const { return {lambda_y.size(), y.size() + y_slacks, 0}; }
+
+Inertia KktLayout::with_slacks(Inertia reduced) const {
+  return {reduced.positive + x_slacks, reduced.negative + y_slacks, reduced.zero};
+}
+
+Inertia KktLayout::with_slacks_inner(Inertia reduced) const {
+  return {reduced.positive, reduced.negative + y_slacks, reduced.zero};
+}
 
 SymmetricSolverOptions solver_options(const SolverOptions& options) {
   return {.ordering = options.minmax_ordering,
@@ -74,21 +97,20 @@ KktPattern::KktPattern(KktPart which, const CanonicalProblem& canonical, const K
   constraints = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
 
   signs.resize(at(dimension));
-  const auto all_signs = layout.signs();
   const auto number = [&](std::vector<Index>& rows, std::vector<Run>& runs, IndexRange range,
-                          Index full_row, Index row) {
+                          Index row, std::int8_t sign) {
     runs.push_back({.first = range.begin, .row = row, .size = range.size()});
     std::iota(rows.begin() + range.begin, rows.begin() + range.end, row);
-    std::copy_n(all_signs.begin() + full_row, range.size(), signs.begin() + row);
+    std::fill_n(signs.begin() + row, range.size(), sign);
   };
   if (full) {
-    number(row_of_variable, variable_runs, canonical.x(), layout.x.begin, layout.x.begin);
+    number(row_of_variable, variable_runs, canonical.x(), layout.x.begin, 1);
     number(row_of_constraint, constraint_runs, canonical.min_constraints(), layout.lambda_x.begin,
-           layout.lambda_x.begin);
+           -1);
   }
-  number(row_of_variable, variable_runs, canonical.y(), layout.y.begin, full ? layout.y.begin : 0);
-  number(row_of_constraint, constraint_runs, canonical.max_constraints(), layout.lambda_y.begin,
-         full ? layout.lambda_y.begin : layout.y.size());
+  number(row_of_variable, variable_runs, canonical.y(), full ? layout.y.begin : 0, -1);
+  number(row_of_constraint, constraint_runs, canonical.max_constraints(),
+         full ? layout.lambda_y.begin : layout.y.size(), 1);
 
   std::vector<Triplet> entries;
   entries.reserve(canonical.hessian().size() + canonical.jacobian().size());

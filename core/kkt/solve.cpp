@@ -2,15 +2,17 @@
 #include <cmath>
 
 #include "core/kkt/system.hpp"
+#include "core/model/budget.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
-#include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"
+
+namespace ipminmax {
 
 // Solutions with the factors of K and K_yy: elimination, refinement.
 
-namespace ipminmax {
 namespace {
 
 /// Residual over the scale of the system that a row may keep.
@@ -331,6 +333,116 @@ bool KktSystem::solve_inner(const KktFactors& factors, const Evaluation& evaluat
                             const NewtonResidual& rhs, Step& step, const Accuracy& accuracy) {
   return are_current_inner(factors) &&
          solve(inner_, inner_factors_.shift, evaluation, rhs, step, accuracy);
+}
+
+// Least-squares multipliers.
+
+bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
+  for (;;) {
+    if (factorize_for_solutions({}, needed(Certainty::Usual)).status != FactorizationStatus::Ok)
+      return false;
+    {
+      const ScopedTimer timer(timed(timing_.solves));
+      ++counts_.solves;
+      if (solve_reduced(full_, {}, rhs, step, true)) return true;
+    }
+    if (!increase_quality()) return false;
+  }
+}
+
+bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
+                                          Eigen::VectorXd& lambda) {
+  // [I A'; A 0] (d, lambda) = (-g, 0) for each player, slacks with curvature 1:
+  // first lambda_y from the y-rows, then lambda_x with J_yx' lambda_y on the right-hand side.
+  lambda.setZero(canonical_.constraints());
+  if (canonical_.constraints() == 0) return true;
+  const Counting counting(*this, FactorizationCause::Multipliers);
+  full_.assemble_projection(evaluation);
+  release_full();
+  NewtonResidual& rhs = gradient_;
+  Step& step = multipliers_;
+  set_zero(canonical_, rhs);
+  set_zero(canonical_, step);
+  for (const bool max : {true, false}) {
+    const IndexRange variables = {max ? canonical_.y().begin : 0,
+                                  max ? canonical_.variables() : canonical_.y().begin};
+    rhs.v.setZero();
+    for (const Index i : indices(variables)) {
+      rhs.v[i] =
+          -evaluation.gradient[i] - canonical_.sign(i) * (iterate.z_upper[i] - iterate.z_lower[i]);
+    }
+    if (max && canonical_.has_copies()) {  // what copies maximize
+      for (const std::size_t k : canonical_.owners().own_entries) {
+        const Index i = canonical_.jacobian()[k].col;
+        rhs.v[i] -= evaluation.jacobian[k] *
+                    CanonicalProblem::signed_weight(canonical_.served_slack(i), iterate);
+      }
+    }
+    if (!max) {
+      const auto jacobian = canonical_.jacobian();
+      for (const auto k : indices(jacobian)) {
+        const auto [row, col] = jacobian[k];
+        if (canonical_.max_constraints().contains(row) && !canonical_.owned_by_max(col)) {
+          rhs.v[col] -= evaluation.jacobian[k] * lambda[row];
+        }
+      }
+    }
+    // Where Gamma is the pivot of a multiplier, little of I is left in the factors.
+    if (!solve_projection(rhs, step)) return false;
+    const IndexRange own = max ? canonical_.max_constraints() : canonical_.min_constraints();
+    for (const Index j : indices(own)) lambda[j] = step.lambda[j];
+  }
+  return lambda.allFinite();
+}
+
+const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluation, double share) {
+  const Index n = canonical_.variables(), y = canonical_.y().begin;
+  // Of variables and then of constraints; zero where it is not known.
+  Eigen::VectorXd &size = known_, &fill = found_;
+  size.setZero(n + canonical_.constraints());
+  const auto take = [&](Index i, Index j, double entry) {
+    // What rows would give x by elimination has no bound where Max has no room left.
+    if (entry == 0.0 || (i < y && j >= n)) return;
+    if (i == j) fill[i] = std::abs(entry);
+    if (size[i] > 0.0 || size[j] == 0.0) return;
+    const double found = entry * (entry / size[j]);
+    fill[i] = fill[i] > 0.0 ? std::min(fill[i], found) : found;
+  };
+  const auto take_all = [&](Index first, const auto& entries, const std::vector<double>& values) {
+    for (const auto k : indices(values)) {
+      take(first + entries[k].row, entries[k].col, values[k]);
+      take(entries[k].col, first + entries[k].row, values[k]);
+    }
+  };
+  constexpr int kSweeps = 6;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    fill = size;
+    take_all(0, canonical_.hessian(), evaluation.hessian);
+    take_all(n, canonical_.jacobian(), evaluation.jacobian);
+    if (fill == size) break;
+    size = fill;
+  }
+  double largest_x = 0.0, largest = 0.0;
+  for (const auto k : indices(evaluation.hessian)) {
+    const double entry = std::abs(evaluation.hessian[k]);
+    largest = std::max(largest, entry);
+    if (canonical_.hessian()[k].col < y) largest_x = std::max(largest_x, entry);
+  }
+  if (largest == 0.0) largest = 1.0;  // f may be constant: any will do
+  if (largest_x == 0.0) largest_x = largest;
+  for (Index i = 0; i < n; ++i)
+    proximal_[i] = share * (size[i] > 0.0 ? size[i] : i < y ? largest_x : largest);
+  return &proximal_;
+}
+
+void start_multipliers(const CanonicalProblem& canonical, KktSystem& kkt,
+                       const SolverOptions& options, Point& point) {
+  Iterate& iterate = point.iterate;
+  const bool known = canonical.constraints() > 0 && options.constr_mult_init_max > 0.0 &&
+                     kkt.least_squares_multipliers(iterate, point.evaluation, iterate.lambda) &&
+                     max_norm(iterate.lambda) <= options.constr_mult_init_max;
+  if (!known) start_constraint_multipliers(canonical, options, iterate);
+  start_robust_multipliers(canonical, iterate);
 }
 
 }  // namespace ipminmax

@@ -1,5 +1,5 @@
 #include "core/kkt/system.hpp"
-#include "core/model/timer.hpp"
+#include "core/model/budget.hpp"
 
 namespace ipminmax {
 namespace {
@@ -11,7 +11,7 @@ constexpr double kLeastSchurFlops = 5e4;
 }  // namespace
 
 KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& options,
-                     Counts& counts, Timing& timing, TimeLimit* limit, const KeptKkt& kept)
+                     Counts& counts, Timing& timing, SolveLimit* limit, const KeptKkt& kept)
     : Kept(kept.arrays),
       canonical_(canonical),
       options_(options),
@@ -134,7 +134,7 @@ void KktSystem::count_factorizations(Index full, Index inner) {
 
 bool KktSystem::may_factorize() {
   if (factorizations_left() > 0) return true;
-  if (limit_ != nullptr) limit_->exceed(Status::MaxIterations);
+  limit_->exceed(Status::MaxIterations);
   return false;
 }
 

@@ -10,12 +10,11 @@
 #include <vector>
 
 #include "core/kkt/block.hpp"
-#include "core/kkt/layout.hpp"
 #include "core/kkt/schur.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/options.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 #include "core/result.hpp"
 #include "linalg/uncopied.hpp"
 
@@ -70,7 +69,7 @@ class KktSystem : Kept<KktArrays> {
   /// limit: told when a factorization is refused; null for none. kept.analysis: solvers, to be used
   /// instead of new ones where the linear solver's options are the same.
   KktSystem(const CanonicalProblem& canonical, const SolverOptions& options, Counts& counts,
-            Timing& timing, TimeLimit* limit = nullptr, const KeptKkt& kept = {});
+            Timing& timing, SolveLimit* limit = nullptr, const KeptKkt& kept = {});
   [[nodiscard]] const KktLayout& layout() const { return layout_; }
 
   /// Orderings and symbolic factorizations; false: out of memory.
@@ -190,11 +189,10 @@ class KktSystem : Kept<KktArrays> {
   [[nodiscard]] const Eigen::VectorXd* proximal_curvature(const Evaluation& evaluation,
                                                           double share);
 
-  /// From now on factorizations beyond so many of the solve fail, and the limit is exceeded.
-  void allow_factorizations(Index most) { allowed_ = most; }
-  /// How many more are allowed.
+  /// How many more are allowed; further ones fail, and the limit is exceeded.
   [[nodiscard]] Index factorizations_left() const {
-    return allowed_ - factorizations() -
+    if (limit_ == nullptr) return std::numeric_limits<Index>::max();
+    return limit_->factorizations_now() - factorizations() -
            counts_.factorizations_for(FactorizationCause::Restoration).full;
   }
 
@@ -258,9 +256,8 @@ class KktSystem : Kept<KktArrays> {
   const SolverOptions& options_;
   Counts& counts_;
   Timing& timing_;
-  TimeLimit* limit_;
+  SolveLimit* limit_;
   const KktAnalysis* kept_analysis_;
-  Index allowed_ = std::numeric_limits<Index>::max();  ///< factorizations, all together
   FactorizationCause cause_ = FactorizationCause::Step;
   KktLayout layout_;
   KktBlock full_, inner_;
@@ -273,5 +270,11 @@ class KktSystem : Kept<KktArrays> {
     Eigen::FullPivLU<Eigen::MatrixXd> small;
   } low_rank_factors_;
 };
+
+/// First multipliers of the constraints at a point with first derivatives and bound multipliers: by
+/// least squares, dropped when above constr_mult_init_max [WB, 3.6], those of robust constraints
+/// from their slacks.
+void start_multipliers(const CanonicalProblem& canonical, KktSystem& kkt,
+                       const SolverOptions& options, Point& point);
 
 }  // namespace ipminmax

@@ -4,7 +4,7 @@
 
 #include "core/method/barrier.hpp"
 #include "core/method/parameters.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

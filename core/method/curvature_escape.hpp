@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/method/filter_search.hpp"
+#include "core/method/filter.hpp"
 #include "core/method/parameters.hpp"
 
 namespace ipminmax {
@@ -60,7 +60,7 @@ struct CurvatureMove {
 ///   complete()                    as in filter_search
 template <class Block>
 bool move_along_curvature(Block& block, const CurvatureMove& move, const Eigen::VectorXd& direction,
-                          TimeLimit& limit) {
+                          SolveLimit& limit) {
   const auto gains = [&](const Trial& trial) {
     // A violation left over may not pay for the decrease.
     const double change =

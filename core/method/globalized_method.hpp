@@ -6,22 +6,54 @@
 #include <optional>
 #include <utility>
 
+#include "core/kkt/system.hpp"
+#include "core/method/blocks.hpp"
 #include "core/method/curvature_escape.hpp"
 #include "core/method/filter.hpp"
-#include "core/method/filter_search.hpp"
-#include "core/method/first_multipliers.hpp"
-#include "core/method/globalized_arrays.hpp"
-#include "core/method/outer_block.hpp"
 #include "core/method/parameters.hpp"
-#include "core/method/patience.hpp"
 #include "core/method/restoration.hpp"
+#include "core/method/stall_detection.hpp"
 #include "core/method/step_method.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
+
+/// Ipopt's watchdog for minimizations: after shortened steps in a row, full steps that need not
+/// improve on the point they leave, as long as one of the first few improves on the point where it
+/// began.
+struct Watchdog {
+  bool active = false;
+  Index trials = 0;
+  Index shortened_steps = 0;  ///< in a row
+  // Where it began.
+  Point point;
+  Step step;
+  Merit from;
+  double slope = 0.0;
+  double alpha = 1.0;
+  StepReport report;
+
+  [[nodiscard]] bool is_due() const {
+    constexpr Index kTrigger = 10;  // watchdog_shortened_iter_trigger of [Ipopt]
+    return active || shortened_steps >= kTrigger;
+  }
+  void count(bool shortened) { shortened_steps = shortened ? shortened_steps + 1 : 0; }
+  /// What it began with means nothing any more.
+  void end() {
+    active = false;
+    shortened_steps = 0;
+  }
+};
+
+/// What a GlobalizedMethod works with, kept from one to the next.
+struct GlobalizedArrays {
+  OuterArrays outer_arrays_;
+  Filter filter_;
+  Watchdog watchdog_;
+};
 
 /// The globalized method, docs/algorithm.md: the minimizer descends on phi(x), the local maximum
 /// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
@@ -34,7 +66,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
       : Kept(&arrays),
         MethodContext(context),
         restorer_(std::move(restorer)),
-        patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
+        stalls_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
         outer_(context, first, outer_arrays_) {
     watchdog_.end();
     constexpr Index kEntries = 100;  // set aside at once
@@ -69,7 +101,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
   void barrier_changed() override {
     filter_.reset();
     watchdog_.end();
-    patience_.barrier_changed();
+    stalls_.barrier_changed();
     least_residual_ = kInfinity;
     soft_steps_ = 0;
   }
@@ -161,7 +193,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     const double target = inner_target(from, mu);
     const bool inner_solved = direction.shift.y == 0.0 && direction.largest_gain() <= target;
     if (!inner_solved && !inner_phase(run, target)) return !run.report.failure && joint_step(run);
-    return goes_on(run, patience_.check_progress(outer_.merit(*run.here, mu))) && outer_step(run);
+    return goes_on(run, stalls_.check_progress(outer_.merit(*run.here, mu))) && outer_step(run);
   }
 
   /// Whether a fast step may lead from one residual to another: below the least of this mu, or,
@@ -207,12 +239,8 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     if (max_norm(outer_.step.v) > parameters::kLongStep * (1.0 + max_norm(from.iterate.v)))
       return false;
     const StepLength alpha = outer_.longest_step(from, mu);
+    if (!go_along_step(run, alpha)) return false;
     Point& trial = outer_.trial;
-    outer_.set_trial(from, outer_.step, alpha, mu);
-    ++run.report.trials;
-    if (!evaluate_values(canonical_, trial) || !evaluate_first_derivatives(canonical_, trial)) {
-      return false;
-    }
     const double after = outer_.norm_error(trial, mu);
     if (!contracts(before, after) || !evaluate_second_derivatives(canonical_, trial)) {
       return false;
@@ -248,12 +276,12 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     if (outcome == InnerMaximizer::Outcome::Maximum) {
       run.here = &run.to;
       filter_.reset();
-      patience_.watch_branch(estimate, outer_.merit(run.to, run.mu).phi);
+      stalls_.watch_branch(estimate, outer_.merit(run.to, run.mu).phi);
       return true;
     }
     if (limit_.expired()) return fail_by_limit(run);
     const bool y_ran_away = outcome == InnerMaximizer::Outcome::Unbounded;
-    static_cast<void>(goes_on(run, patience_.inner_phase_failed(y_ran_away)));
+    static_cast<void>(goes_on(run, stalls_.inner_phase_failed(y_ran_away)));
     return false;
   }
 
@@ -305,9 +333,9 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
       inner_exact = true;
       const double estimate = outer_.merit(*run.here, run.mu).phi;
       if (!exact_inner_maximum(run)) {  // the branch ends before its maximum
-        return limit_.expired() ? fail_by_limit(run) : leap(run);
+        return limit_.expired() ? fail_by_limit(run) : untested_full_step(run);
       }
-      patience_.watch_branch(estimate, outer_.merit(*run.here, run.mu).phi);
+      stalls_.watch_branch(estimate, outer_.merit(*run.here, run.mu).phi);
     }
     return without_line_search(run);
   }
@@ -327,7 +355,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
   [[nodiscard]] bool without_line_search(Run& run) {
     if (soft_step(run)) return true;
     if (can_restore(*run.here)) return restore(run);
-    if (has_max()) return leap(run);
+    if (has_max()) return untested_full_step(run);
     // Points of long ago may be all that rejects.
     filter_.reset();
     if (search(run, parameters::kHalvings, false)) return true;
@@ -421,18 +449,13 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     const Point& from = *run.here;
     const StepLength alpha = outer_.longest_step(from, run.mu);
     const double both = std::min(alpha.primal, alpha.dual);
-    Point& trial = outer_.trial;
-    outer_.set_trial(from, outer_.step, {both, both}, run.mu);
-    ++run.report.trials;
-    if (!evaluate_values(canonical_, trial) || !evaluate_first_derivatives(canonical_, trial)) {
+    if (!go_along_step(run, {both, both}) ||
+        !(outer_.norm_error(outer_.trial, run.mu) <=
+          parameters::kSoftContraction * outer_.norm_error(from, run.mu)) ||
+        !evaluate_second_derivatives(canonical_, outer_.trial) ||
+        (has_max() && !outer_.find_trial_direction(run.mu))) {
       return false;
     }
-    if (!(outer_.norm_error(trial, run.mu) <=
-          parameters::kSoftContraction * outer_.norm_error(from, run.mu))) {
-      return false;
-    }
-    if (!evaluate_second_derivatives(canonical_, trial)) return false;
-    if (has_max() && !outer_.find_trial_direction(run.mu)) return false;
     run.report.alpha = {both, both};
     run.report.kind = StepKind::Soft;
     accept(run);
@@ -440,23 +463,27 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     return true;
   }
 
-  [[nodiscard]] bool leap(Run& run) {
+  [[nodiscard]] bool untested_full_step(Run& run) {
     // No step is acceptable: take a long one all the same, finitely often.
-    if (!goes_on(run, patience_.set_back(Setback::NoStep))) return false;
+    if (!goes_on(run, stalls_.count(StallSign::NoStep))) return false;
     if (!untested_step(run, outer_.longest_step(*run.here, run.mu))) return false;
-    run.report.kind = StepKind::Leap;
+    run.report.kind = StepKind::UntestedFull;
     return true;
+  }
+
+  /// The trial point along the step, with functions and first derivatives. False: undefined.
+  [[nodiscard]] bool go_along_step(Run& run, StepLength alpha) {
+    outer_.set_trial(*run.here, outer_.step, alpha, run.mu);
+    ++run.report.trials;
+    return evaluate_values(canonical_, outer_.trial) &&
+           evaluate_first_derivatives(canonical_, outer_.trial);
   }
 
   /// As far along the step as all functions are defined.
   [[nodiscard]] bool untested_step(Run& run, StepLength alpha) {
     Point& trial = outer_.trial;
     for (int cuts = 0; cuts < parameters::kHalvings; ++cuts, alpha.primal *= 0.5) {
-      outer_.set_trial(*run.here, outer_.step, alpha, run.mu);
-      ++run.report.trials;
-      if (!evaluate_values(canonical_, trial) || !evaluate_derivatives(canonical_, trial)) {
-        continue;
-      }
+      if (!go_along_step(run, alpha) || !evaluate_second_derivatives(canonical_, trial)) continue;
       if (!trial.dual.allFinite()) {  // the multipliers overflow
         alpha.dual *= 0.5;
         continue;
@@ -472,7 +499,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
   [[nodiscard]] bool restore(Run& run) {
     const Point& from = *run.here;
     // Where a branch of inner maxima ends, restorations may go round in circles.
-    if (has_max() && !goes_on(run, patience_.set_back(Setback::Infeasible))) return false;
+    if (has_max() && !goes_on(run, stalls_.count(StallSign::Infeasible))) return false;
     // The violation that counts is that of both players: Max constraints are restored with Min's.
     const double start_theta = from.evaluation.c.lpNorm<1>();
     filter_.add(outer_.estimate(from, run.mu));
@@ -487,11 +514,11 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
     Point& restored = outer_.trial;
     restored.iterate = from.iterate;
     restored.evaluation = from.evaluation;
-    const Index granted = budget_.left_to_restore();
+    const Index granted = limit_.left_to_restore();
     Index left = granted;
     const auto outcome =
         restore_feasibility(canonical_, options_, run.mu, acceptable, restorer_, restored, left);
-    budget_.restoration += granted - left;
+    limit_.restoration += granted - left;
     switch (outcome) {
       case RestorationOutcome::Restored:
         return begin_at_restored(run);
@@ -512,7 +539,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
       case RestorationOutcome::Failed:
         break;
     }
-    if (has_max()) return leap(run);
+    if (has_max()) return untested_full_step(run);
     return fail(
         run, Status::RestorationFailed,
         outcome == RestorationOutcome::Unproved
@@ -624,11 +651,11 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
   }
 
   /// False, and the run fails, where there is an end.
-  [[nodiscard]] bool goes_on(Run& run, const std::optional<Patience::End>& end) const {
+  [[nodiscard]] bool goes_on(Run& run, const std::optional<StallDetection::End>& end) const {
     if (!end) return true;
     std::string message(end->message);
     if (end->status == Status::NoLocalMinmaxFound) {
-      message += ": " + patience_.describe_setbacks(canonical_, run.here->iterate.v);
+      message += ": " + stalls_.describe_signs(canonical_, run.here->iterate.v);
     }
     return fail(run, end->status, std::move(message));
   }
@@ -660,7 +687,7 @@ class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, Method
   }
 
   Restorer restorer_;
-  Patience patience_;
+  StallDetection stalls_;
   OuterBlock outer_;
 
   /// Second derivatives of the point at which a fast step ended, by their number: K_yy is right

@@ -55,10 +55,10 @@ constexpr double kLeastGain = 1e-10;  ///< over 1 + |phi| [eps]
 constexpr int kConstraintSteps = 8;   ///< back to the constraints
 }  // namespace escape
 
-/// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon
-/// [R]; and soon where factorizations are dear, for what the first setbacks do not lead out of the
-/// next ones rarely do (six games by stages at falling prices of the disturbance).
-constexpr Index kFewestSetbacks = 2;
+/// A search that shows more signs of a stall is given up, to begin anew elsewhere: this is cheap if
+/// there are few variables [R]. If factorizations are dear, the search rarely recovers after more
+/// signs (six games by stages at falling prices of the disturbance).
+constexpr Index kFewestStallSigns = 2;
 
 /// The filter, [WB, 2.3]; names there.
 namespace filter {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,10 +11,8 @@
 #include "core/kkt/system.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
-#include "core/model/parameters.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
-#include "core/point/step_length.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
@@ -38,7 +34,7 @@ enum class StepKind : char {
   Soft = 'r',
   Restoration = 'R',
   Joint = 'j',
-  Leap = 'l',
+  UntestedFull = 'l',
   Escape = 'e',
   Watchdog = 'W',
   Instability = 'i',  ///< line 7 of Algorithm 1 raised delta_x
@@ -63,39 +59,24 @@ struct StepReport {
   }
 };
 
-/// What a solve may spend, and has: iterations of all its searches together and of restorations.
-struct IterationBudget {
-  Index limit = 0;
-  Index iteration = 0;    ///< done, of searches
-  Index restoration = 0;  ///< done, of restorations
-  Index tests = 0;        ///< factorizations of K and K_yy by second-order tests
-  Index factorizations = std::numeric_limits<Index>::max();  ///< allowed, restorations included
-
-  /// What steps may spend of them: some are kept for the second-order test.
-  [[nodiscard]] Index factorizations_of_steps() const {
-    const bool limited = factorizations < std::numeric_limits<Index>::max();
-    return limited ? std::max<Index>(0, factorizations - parameters::kKeptForTest) : factorizations;
-  }
-
-  [[nodiscard]] bool is_spent() const { return iteration + restoration >= limit; }
-  /// For a restoration: the step back counts, too.
-  [[nodiscard]] Index left_to_restore() const {
-    return std::max<Index>(0, limit - iteration - 1 - restoration);
-  }
-};
-
 /// What the parts of a method, which derive from it, work with; one for all searches of a solve.
 struct MethodContext {
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
-  TimeLimit& limit_;
-  IterationBudget& budget_;
+  SolveLimit& limit_;
   Counts& counts_;
 
   /// Else it is a minimization.
   [[nodiscard]] bool has_max() const { return canonical_.max_size() > 0; }
+  /// to: from moved along the step, in a minimization as Ipopt's; its functions are the caller's.
+  void move(const Point& from, const Step& step, StepLength alpha, double mu, Point& to) const {
+    to.iterate = from.iterate;
+    advance(canonical_, step, alpha, to.iterate,
+            has_max() ? InequalityLength::Dual : InequalityLength::Primal);
+    clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
+  }
 };
 
 /// A rule that leads from point to point. Points given have functions, derivatives and dual

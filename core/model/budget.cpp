@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 
 namespace ipminmax {
@@ -47,7 +46,7 @@ std::optional<Status> Budget::interrupted() noexcept {
 std::optional<Status> Budget::used_up() noexcept {
   if (const auto why = interrupted()) return why;
   // With no more than a solve keeps for its test it makes no step.
-  if (allowed_ > 0 && allowed_ - spent_ <= parameters::kKeptForTest) stop(Status::MaxIterations);
+  if (allowed_ > 0 && allowed_ - spent_ <= kKeptForTest) stop(Status::MaxIterations);
   return interrupted();
 }
 

@@ -1,21 +1,58 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <ctime>
 #include <limits>
 #include <mutex>
 #include <optional>
 #include <string_view>
 
 #include "core/iteration.hpp"
-#include "core/model/timer.hpp"
 #include "core/options.hpp"
 #include "core/result.hpp"
 #include "linalg/uncopied.hpp"
 
 namespace ipminmax {
 
-/// What all solves behind one call may use together: time, factorizations, the patience of the
-/// listener, memory. Made where the call comes in and passed down; nothing below makes another.
+/// Adds the wall time of its life to a total; null: reads no clock.
+class ScopedTimer : Uncopied {
+ public:
+  explicit ScopedTimer(double& total) : ScopedTimer(&total) {}
+  explicit ScopedTimer(double* total) : total_(total) {
+    if (total_ != nullptr) start_ = Clock::now();
+  }
+  ~ScopedTimer() {
+    if (total_ != nullptr) *total_ += std::chrono::duration<double>(Clock::now() - start_).count();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double* total_;
+  Clock::time_point start_;
+};
+
+/// Wall and CPU seconds since construction.
+class Stopwatch {
+ public:
+  [[nodiscard]] double wall() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start_).count();
+  }
+  [[nodiscard]] double cpu() const {
+    return static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point wall_start_ = std::chrono::steady_clock::now();
+  std::clock_t cpu_start_ = std::clock();
+};
+
+/// Factorizations of K and K_yy that are kept for the second-order test where these are limited.
+inline constexpr Index kKeptForTest = 2;
+
+/// What all solves behind one call may use together: time, factorizations, memory,
+/// until the listener says stop. Made where the call comes in and passed down; nothing below makes another.
 /// For any number of threads.
 class Budget : Uncopied {
  public:
@@ -60,11 +97,12 @@ class Budget : Uncopied {
   std::mutex listening_;
 };
 
-/// The budget as one solve sees it, which a limit of its own may end, too. Long loops of
+/// What one solve may spend, and has: the budget as it sees it, and limits of its own. Long loops of
 /// factorizations ask expired() in every round and give up; the solve then ends with exceeded().
-class TimeLimit {
+class SolveLimit {
  public:
-  explicit TimeLimit(Budget& budget) : budget_(budget), stopwatch_(budget.stopwatch_of_solve()) {}
+  explicit SolveLimit(Budget& budget, Index iterations = 0)
+      : budget_(budget), stopwatch_(budget.stopwatch_of_solve()), iterations_(iterations) {}
 
   /// Whether a limit is exceeded; stays true.
   [[nodiscard]] bool expired() {
@@ -80,9 +118,25 @@ class TimeLimit {
   /// Of this solve.
   [[nodiscard]] const Stopwatch& stopwatch() const { return stopwatch_; }
 
+  Index iteration = 0;    ///< done, of all searches
+  Index restoration = 0;  ///< iterations done, of restorations
+  Index tests = 0;        ///< factorizations of K and K_yy done by second-order tests
+  bool testing = false;   ///< a second-order test goes on
+  Index factorizations = std::numeric_limits<Index>::max();  ///< allowed, restorations included
+
+  /// The same at present: steps keep some for the test.
+  [[nodiscard]] Index factorizations_now() const {
+    const bool limited = factorizations < std::numeric_limits<Index>::max();
+    return testing || !limited ? factorizations : std::max<Index>(0, factorizations - kKeptForTest);
+  }
+  [[nodiscard]] Index iterations_left() const { return iterations_ - iteration - restoration; }
+  /// For a restoration: the step back counts, too.
+  [[nodiscard]] Index left_to_restore() const { return std::max<Index>(0, iterations_left() - 1); }
+
  private:
   Budget& budget_;
   Stopwatch stopwatch_;
+  Index iterations_;  ///< allowed, restorations included
   std::optional<Status> exceeded_;
 };
 

@@ -22,7 +22,7 @@
 
 namespace ipminmax {
 
-class TimeLimit;
+class SolveLimit;
 
 /// Factors of a gradient-based scaling with the options that they were made with.
 struct GradientScaling {
@@ -41,6 +41,7 @@ struct CanonicalArrays {
   Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
   std::vector<double> jacobian_scale_, hessian_scale_;  ///< hessian_scale empty: all one
   Array<double> col_scale_, row_scale_;
+  GradientScaling gradient_scaling_;
   struct {
     Array<double> v, lambda, z_lower, z_upper;
   } model_start_;  ///< as the model gave it
@@ -70,10 +71,10 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   /// that goes with it is error_status(). kept: the scaling of a problem of the same shape, to be
   /// used instead of a new one; null for none. limit: asked between the steps; null for none.
   [[nodiscard]] std::string build(const GradientScaling* kept = nullptr,
-                                  TimeLimit* limit = nullptr);
-  /// The gradient-based scaling, where that is the method and no kept one was used.
-  [[nodiscard]] const std::optional<GradientScaling>& gradient_scaling() const {
-    return gradient_scaling_;
+                                  SolveLimit* limit = nullptr);
+  /// The gradient-based scaling, where that is the method and no kept one was used; else null.
+  [[nodiscard]] const GradientScaling* gradient_scaling() const {
+    return makes_scaling_ ? &gradient_scaling_ : nullptr;
   }
   [[nodiscard]] Status error_status() const { return error_status_; }
 
@@ -311,7 +312,7 @@ class CanonicalProblem : Kept<CanonicalArrays> {
   Status error_status_ = Status::InvalidProblem;
 
   double objective_scale_ = 1.0;
-  std::optional<GradientScaling> gradient_scaling_;  ///< made here
+  bool makes_scaling_ = false;
   double objective_value_ = 0.0;
   bool new_point_ = true;
   bool inside_model_ = false;

@@ -1,12 +1,14 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace ipminmax {
 
+class CanonicalProblem;
 struct LowRankHessian;
 
 /// Primal-dual point of the canonical problem. Bound multipliers are positive for both players
@@ -38,5 +40,22 @@ struct Evaluation {
   /// Numbers of the model calls that gave the last two, 0 for none: equal numbers, equal values.
   std::uint64_t jacobian_call = 0, hessian_call = 0;
 };
+
+/// product += W d, slacks apart: they have no entries.
+void add_hessian_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                         const Eigen::VectorXd& d, Eigen::VectorXd& product);
+/// d'Wd
+[[nodiscard]] double curvature_along(const CanonicalProblem& canonical,
+                                     const Evaluation& evaluation, const Eigen::VectorXd& d);
+/// product += J' lambda, slacks apart.
+void add_transposed_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                            const Eigen::VectorXd& lambda, Eigen::VectorXd& product);
+/// product += J d, - d of a constraint's slack included.
+void add_constraint_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                            const Eigen::VectorXd& d, Eigen::VectorXd& product);
+
+/// sums += |change_k| d_i d_j of the entries k of W in each row; change: per entry.
+void add_row_sums(const CanonicalProblem& canonical, const std::vector<double>& change,
+                  const Eigen::VectorXd& d, Eigen::VectorXd& sums);
 
 }  // namespace ipminmax

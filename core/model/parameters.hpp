@@ -22,6 +22,4 @@ constexpr double kRunaway = 1e10;  ///< over the size that was expected: it grow
 constexpr int kHalvings = 60;  ///< of a step to where the model is defined, to rounding
 constexpr int kRoom = 1000;    ///< of lists that grow with the iterations, set aside at once
 
-constexpr int kKeptForTest = 2;  ///< factorizations, of K and K_yy, where these are limited
-
 }  // namespace ipminmax::parameters

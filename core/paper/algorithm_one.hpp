@@ -10,8 +10,7 @@
 #include "core/method/parameters.hpp"
 #include "core/method/step_method.hpp"
 #include "core/model/norms.hpp"
-#include "core/point/residual.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

@@ -14,7 +14,6 @@
 #include "core/model/initial_point.hpp"
 #include "core/paper/algorithm_one.hpp"
 #include "core/point/point.hpp"
-#include "core/point/residual.hpp"
 
 namespace ipminmax {
 namespace {

@@ -66,8 +66,8 @@ class Multipliers {
               const std::vector<double>& y)
       : lambda_(function.rows().size(), 0.0) {
     const Box point(y.begin(), y.end());
-    FunctionOfBoxes::Look here;
-    function.look(point, here);
+    FunctionOfBoxes::BoxValues here;
+    function.evaluate(point, here);
     std::vector<std::size_t> between, active;
     for (const auto i : indices(y)) {
       const double margin = parameters::kHardly * (domain[i].upper() - domain[i].lower());
@@ -119,12 +119,12 @@ class Multipliers {
   /// value + sum lambda (bound - g), which on Y(x) is no less than the value: lambda > 0 goes with
   /// the upper bound, lambda < 0 with the lower.
   [[nodiscard]] IntervalJet lagrangian(const FunctionOfBoxes& function,
-                                       const FunctionOfBoxes::Look& look) const {
-    IntervalJet l = look.value;
+                                       const FunctionOfBoxes::BoxValues& found) const {
+    IntervalJet l = found.value;
     for (const auto k : indices(lambda_)) {
       const double bound = lambda_[k] > 0.0 ? function.rows()[k].upper : function.rows()[k].lower;
       if (lambda_[k] == 0.0 || !std::isfinite(bound)) continue;
-      l += IntervalJet(lambda_[k]) * (IntervalJet(bound) - look.rows[k]);
+      l += IntervalJet(lambda_[k]) * (IntervalJet(bound) - found.rows[k]);
     }
     return l;
   }
@@ -159,7 +159,7 @@ struct Part {
 };
 
 /// What was found in one part.
-struct Finding {
+struct PartResult {
   std::optional<Waiting> rest;  ///< what may hold more
   double settled = -kInfinity;  ///< bound of what was left alone
   BestSeen best;
@@ -167,18 +167,18 @@ struct Finding {
 };
 
 /// Looks at one part at a time, for one thread.
-class Examiner {
+class PartBounder {
  public:
-  explicit Examiner(const FunctionOfBoxes& function) : function_(function) {}
+  explicit PartBounder(const FunctionOfBoxes& function) : function_(function) {}
 
-  [[nodiscard]] Finding examine(Part part, const Known& known) {
-    Finding finding;
+  [[nodiscard]] PartResult bound(Part part, const Known& known) {
+    PartResult result;
     Box& box = part.box;
     for (;;) {
-      ++finding.boxes;
+      ++result.boxes;
       const Box center = center_of(box);
-      function_.look(box, over_);
-      function_.look(center, at_);
+      function_.evaluate(box, over_);
+      function_.evaluate(center, at_);
       std::vector<const KnownValues::Point*> inside;
       for (const KnownValues::Point& point : known.values.points) {
         if (holds(box, point.y)) inside.push_back(&point);
@@ -188,7 +188,7 @@ class Examiner {
         const Interval g = enclosure(over_.rows[k], at_.rows[k], box, center);
         const FunctionOfBoxes::Row& row = function_.rows()[k];
         for (const auto* point : inside) agree(row.constraint, g, point->rows[k]);
-        if (!row.is_met(g)) return finding;
+        if (!row.is_met(g)) return result;
         feasible = feasible && g.lower() >= row.lower && g.upper() <= row.upper;
         defined = defined && row.is_met(at_.rows[k].value());
       }
@@ -197,26 +197,26 @@ class Examiner {
         agree(-1, enclosure(over_.value, at_.value, box, center), point->value);
         if (point->is_met) agree(-1, {-kInfinity, part.bound + known.gap}, point->value);
       }
-      see(center, std::max(known.highest, finding.best.value), finding.best);
+      see(center, std::max(known.highest, result.best.value), result.best);
       // Without a bound at a point no boxes around it have one.
       const bool hopeless =
           defined && std::isinf(part.bound) && std::isinf(at_.value.value().upper());
-      if (hopeless || part.bound <= std::max(known.highest, finding.best.value) + known.gap) {
-        finding.settled = part.bound;
-        return finding;
+      if (hopeless || part.bound <= std::max(known.highest, result.best.value) + known.gap) {
+        result.settled = part.bound;
+        return result;
       }
       if (!feasible) break;
       const std::optional<bool> smaller = leave_what_is_no_maximum(box, known.domain);
-      if (!smaller) return finding;
+      if (!smaller) return result;
       if (!*smaller) break;
     }
     const std::size_t side = side_to_cut(box, known);
     if (side == box.size()) {  // nothing between the numbers that it holds
-      finding.settled = part.bound;
+      result.settled = part.bound;
     } else {
-      finding.rest = Waiting{std::move(box), part.bound, side, 0};
+      result.rest = Waiting{std::move(box), part.bound, side, 0};
     }
-    return finding;
+    return result;
   }
 
  private:
@@ -301,7 +301,7 @@ class Examiner {
   }
 
   FunctionOfBoxes function_;
-  FunctionOfBoxes::Look over_, at_;
+  FunctionOfBoxes::BoxValues over_, at_;
 };
 
 /// Boxes that promise most are cut in batches, whose parts threads share; what they find is put
@@ -314,14 +314,14 @@ class BranchAndBound {
         best_(best),
         function_(function),
         known_{domain, values, best.value, 0.0, {}},
-        examiners_(function.is_concurrent() ? at(std::max<Index>(effort.threads, 1)) : 1,
-                   Examiner(function)) {
+        bounders_(function.is_concurrent() ? at(std::max<Index>(effort.threads, 1)) : 1,
+                  PartBounder(function)) {
     if (!best.y.empty()) known_.multipliers.emplace(function_, domain, values.rows, best.y);
   }
 
   BoxBound run() {
     parts_ = {{known_.domain, kInfinity}};
-    examine_parts();
+    bound_parts();
     while (!waiting_.empty() && waiting_.top().bound > enough() && settled_ < kInfinity &&
            effort_.go_on(boxes_, waiting_.top().bound)) {
       parts_.clear();
@@ -332,7 +332,7 @@ class BranchAndBound {
         cut(waiting_.top());
         waiting_.pop();
       }
-      examine_parts();
+      bound_parts();
     }
     BoxBound result{.proved = kInfinity, .boxes = boxes_};
     if (!waiting_.empty()) {
@@ -356,38 +356,38 @@ class BranchAndBound {
     }
   }
 
-  void examine_parts() {
+  void bound_parts() {
     known_.highest = best_.value;
     known_.gap = gap();
-    std::vector<Finding> findings(parts_.size());
-    share_tasks(workers_, examiners_.size(), parts_.size(), [&](std::size_t k, std::size_t thread) {
-      findings[k] = examiners_[thread].examine(std::move(parts_[k]), known_);
+    std::vector<PartResult> results(parts_.size());
+    share_tasks(workers_, bounders_.size(), parts_.size(), [&](std::size_t k, std::size_t thread) {
+      results[k] = bounders_[thread].bound(std::move(parts_[k]), known_);
     });
-    for (Finding& finding : findings) take(finding);
+    for (PartResult& result : results) take(result);
   }
 
-  void take(Finding& finding) {
-    boxes_ += finding.boxes;
-    settled_ = std::max(settled_, finding.settled);
-    if (finding.best.value > best_.value) {
-      const bool clearly = finding.best.value > enough();
-      best_.y = std::move(finding.best.y);
-      best_.value = finding.best.value;
+  void take(PartResult& result) {
+    boxes_ += result.boxes;
+    settled_ = std::max(settled_, result.settled);
+    if (result.best.value > best_.value) {
+      const bool clearly = result.best.value > enough();
+      best_.y = std::move(result.best.y);
+      best_.value = result.best.value;
       best_.range.see(best_.value);
       if (clearly) {
         known_.multipliers.emplace(function_, known_.domain, known_.values.rows, best_.y);
       }
     }
-    if (!finding.rest) return;
-    finding.rest->number = ++number_;
-    waiting_.push(std::move(*finding.rest));
+    if (!result.rest) return;
+    result.rest->number = ++number_;
+    waiting_.push(std::move(*result.rest));
   }
 
   const BoxEffort& effort_;
   BestSeen& best_;
   FunctionOfBoxes function_;
   Known known_;
-  std::vector<Examiner> examiners_;  ///< one for each thread
+  std::vector<PartBounder> bounders_;  ///< one for each thread
   Workers workers_;
   std::vector<Part> parts_;
   std::priority_queue<Waiting> waiting_;
@@ -407,17 +407,17 @@ FunctionOfBoxes::FunctionOfBoxes(const BoxFunctions& functions, std::span<const 
       v_(v.begin(), v.end()),
       g_(constraints) {}
 
-void FunctionOfBoxes::look(std::span<const Interval> y, Look& look) {
+void FunctionOfBoxes::evaluate(std::span<const Interval> y, BoxValues& found) {
   for (const auto k : indices(variables_)) {
     v_[at(variables_[k])] = {y[k], k, variables_.size()};
   }
-  look.rows.clear();
+  found.rows.clear();
   if (rows_.empty()) {
-    look.value = functions_.objective_over(v_);
+    found.value = functions_.objective_over(v_);
     return;
   }
-  look.value = functions_.all_over(v_, g_);
-  for (const Row& row : rows_) look.rows.push_back(g_[at(row.constraint)]);
+  found.value = functions_.all_over(v_, g_);
+  for (const Row& row : rows_) found.rows.push_back(g_[at(row.constraint)]);
 }
 
 Interval FunctionOfBoxes::value_over(std::span<const Interval> y) {

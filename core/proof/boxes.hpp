@@ -26,7 +26,7 @@ class FunctionOfBoxes {
     }
   };
   /// What is known of all points of a box.
-  struct Look {
+  struct BoxValues {
     IntervalJet value;
     std::vector<IntervalJet> rows;  ///< in the order of rows()
   };
@@ -38,7 +38,7 @@ class FunctionOfBoxes {
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   [[nodiscard]] bool is_concurrent() const { return functions_.is_concurrent(); }
   /// y: as many as variables.
-  void look(std::span<const Interval> y, Look& look);
+  void evaluate(std::span<const Interval> y, BoxValues& found);
   /// By the formulas alone, for any number of variables.
   [[nodiscard]] Interval value_over(std::span<const Interval> y);
 

@@ -69,12 +69,12 @@ constexpr double kUnitsOfWidth = 8.0;
 /// its tolerance. False: none is found.
 bool meet_rows(FunctionOfBoxes& function, const std::vector<Interval>& domain,
                std::vector<double>& y) {
-  FunctionOfBoxes::Look look;
+  FunctionOfBoxes::BoxValues found;
   for (int step = 0;; ++step) {
-    function.look(std::vector<Interval>(y.begin(), y.end()), look);
+    function.evaluate(std::vector<Interval>(y.begin(), y.end()), found);
     std::vector<std::size_t> missed;
-    for (const auto k : indices(look.rows)) {
-      if (!function.rows()[k].is_met(look.rows[k].value())) missed.push_back(k);
+    for (const auto k : indices(found.rows)) {
+      if (!function.rows()[k].is_met(found.rows[k].value())) missed.push_back(k);
     }
     if (missed.empty() || step == kStepsToRows) return missed.empty();
     Eigen::MatrixXd slopes(static_cast<Eigen::Index>(missed.size()),
@@ -82,11 +82,11 @@ bool meet_rows(FunctionOfBoxes& function, const std::vector<Interval>& domain,
     Eigen::VectorXd distance(slopes.rows());
     for (Eigen::Index r = 0; r < slopes.rows(); ++r) {
       const std::size_t k = missed[static_cast<std::size_t>(r)];
-      const double g = look.rows[k].value().middle();
+      const double g = found.rows[k].value().middle();
       distance[r] = std::clamp(g, function.rows()[k].lower, function.rows()[k].upper) - g;
       for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
         const auto variable = static_cast<std::size_t>(i);
-        slopes(r, i) = look.rows[k].gradient(variable).middle() *
+        slopes(r, i) = found.rows[k].gradient(variable).middle() *
                        (domain[variable].upper() - domain[variable].lower());
       }
     }
@@ -134,31 +134,31 @@ class Sampling {
  private:
   void add(std::vector<double> y) {
     KnownValues::Point point{y, {}, {}, scope_.uncut.empty()};
-    FunctionOfBoxes::Look look;
+    FunctionOfBoxes::BoxValues found;
     if (scope_.uncut.empty()) {
       point.is_met = meet_rows(function_, scope_.domain, point.y);
       if (!point.is_met) point.y = std::move(y);
-      function_.look(std::vector<Interval>(point.y.begin(), point.y.end()), look);
+      function_.evaluate(std::vector<Interval>(point.y.begin(), point.y.end()), found);
     } else {
-      look.value = IntervalJet(function_.value_over(std::vector<Interval>(y.begin(), y.end())));
+      found.value = IntervalJet(function_.value_over(std::vector<Interval>(y.begin(), y.end())));
     }
     std::vector<double> v = scope_.v, g(inner_.structure().constraint_lower.size());
     for (const auto k : indices(point.y)) v[at(scope_.variables[k])] = point.y[k];
     functions_.determine(v);
     double f = 0.0;
     if (!inner_.objective(v, true, f) || !std::isfinite(f)) return;
-    if (!look.rows.empty() && (!inner_.constraints(v, false, g) || !all_finite(g))) return;
-    point.value = with_rounding(f, look.value.value());
-    agree(-1, look.value.value(), point.value);
-    for (const auto k : indices(look.rows)) {
-      point.rows.push_back(with_rounding(g[at(scope_.rows[k].constraint)], look.rows[k].value()));
-      agree(scope_.rows[k].constraint, look.rows[k].value(), point.rows.back());
+    if (!found.rows.empty() && (!inner_.constraints(v, false, g) || !all_finite(g))) return;
+    point.value = with_rounding(f, found.value.value());
+    agree(-1, found.value.value(), point.value);
+    for (const auto k : indices(found.rows)) {
+      point.rows.push_back(with_rounding(g[at(scope_.rows[k].constraint)], found.rows[k].value()));
+      agree(scope_.rows[k].constraint, found.rows[k].value(), point.rows.back());
       see(point.rows.back(), values.rows[k]);
     }
     values.points.push_back(point);
     if (!point.is_met && scope_.uncut.empty()) return;
-    see(look.value.value(), best_.range);
-    const double least = look.value.value().lower();
+    see(found.value.value(), best_.range);
+    const double least = found.value.value().lower();
     if (point.is_met && std::isfinite(least) && least > best_.value) {
       best_.value = least;
       best_.y = std::move(point.y);

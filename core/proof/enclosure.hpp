@@ -9,7 +9,8 @@
 
 namespace ipminmax {
 
-/// The share of one process in a proof that several make, each of every so many parts of the domain.
+/// The share of one process in a proof that several make: each takes every so many parts of the
+/// domain.
 struct ProofShare {
   Index process = 0;
   Index processes = 0;  ///< 0: the domain is one part, and this process's

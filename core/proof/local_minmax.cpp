@@ -80,7 +80,7 @@ class Equations {
   }
 
   /// w: size(). Derivatives along pairs of blocks of variables: as many directions as a jet has.
-  [[nodiscard]] Values look(const std::vector<Interval>& w) {
+  [[nodiscard]] Values evaluate(const std::vector<Interval>& w) {
     constexpr std::size_t kBlock = IntervalJet::kMostDirections / 2;
     std::vector<std::pair<std::size_t, Interval>> moving;
     for (const auto i : indices(free)) moving.emplace_back(free[i], w[i]);
@@ -103,7 +103,7 @@ class Equations {
         };
         append(a);
         if (b != a) append(b);
-        look_along(along, moving, w, values);
+        evaluate_along(along, moving, w, values);
       }
     }
     for (const auto k : indices(rows)) {
@@ -113,9 +113,9 @@ class Equations {
   }
 
  private:
-  void look_along(const std::vector<std::size_t>& along,
-                  const std::vector<std::pair<std::size_t, Interval>>& moving,
-                  const std::vector<Interval>& w, Values& values) {
+  void evaluate_along(const std::vector<std::size_t>& along,
+                      const std::vector<std::pair<std::size_t, Interval>>& moving,
+                      const std::vector<Interval>& w, Values& values) {
     for (const auto d : indices(along)) {
       const auto& [variable, value] = moving[along[d]];
       v_[variable] = {value, d, along.size()};
@@ -219,10 +219,10 @@ class LocalProof {
   /// Largest difference between a variable of the result and the proved point's.
   double run() {
     choose_active();
-    if (equations_.size() == 0) return check(equations_.look({}), {});
+    if (equations_.size() == 0) return check(equations_.evaluate({}), {});
     const std::vector<double> w = newton();
     const std::vector<Interval> point(w.begin(), w.end());
-    const Equations::Values at_point = equations_.look(point);
+    const Equations::Values at_point = equations_.evaluate(point);
     const Congruence full(at_point.k.middle);
     const double residual = full.size_of(at_point.f);
     if (!std::isfinite(residual)) fail("the formulas are not finite at the point");
@@ -231,7 +231,7 @@ class LocalProof {
     constexpr int kRadii = 4;
     for (int k = 0; k < kRadii; ++k) {
       const std::vector<Interval> ball = around(w, full.q, tau);
-      const Equations::Values over = equations_.look(ball);
+      const Equations::Values over = equations_.evaluate(ball);
       const double error = full.error(over.k);
       if (!(error < 1.0)) {
         fail("the derivatives change by more than the least curvature near the point");
@@ -281,7 +281,7 @@ class LocalProof {
     }
     equations_.free = moving;
     equations_.rows = every_row;
-    const MatrixXd k = equations_.look(returned()).k.middle;
+    const MatrixXd k = equations_.evaluate(returned()).k.middle;
     const double largest = k.topLeftCorner(of(moving.size()), of(moving.size())).diagonal().norm();
     const auto curvature = [&](std::size_t i) {  // 0: rounding, nothing to measure with
       const double own = std::abs(k(of(i), of(i)));
@@ -344,7 +344,7 @@ class LocalProof {
     double last = kInfinity;
     constexpr int kMostSteps = 10;
     for (int step = 0; step < kMostSteps; ++step) {
-      const Equations::Values here = equations_.look(w);
+      const Equations::Values here = equations_.evaluate(w);
       const VectorXd d = here.k.middle.partialPivLu().solve(here.f.middle.col(0));
       const double size = here.f.middle.col(0).cwiseAbs().dot(d.cwiseAbs());  // of L
       if (!(size < last)) break;

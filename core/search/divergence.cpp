@@ -7,10 +7,9 @@
 #include "core/method/barrier.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/iterate.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/products.hpp"
-#include "core/point/residual.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 
@@ -262,13 +261,13 @@ void name_infeasibility(const MethodContext& context, const ProblemStructure& st
   const auto feasible = [&](const Eigen::VectorXd&, const Eigen::VectorXd& c) {
     return max_norm(c) <= context.options_.constr_viol_tol;
   };
-  IterationBudget& budget = context.budget_;
-  const Index granted = std::max<Index>(0, budget.limit - budget.iteration - budget.restoration);
+  SolveLimit& limit = context.limit_;
+  const Index granted = std::max<Index>(0, limit.iterations_left());
   Index allowed = granted;
   Point least = outcome.point;
   const RestorationOutcome found = restore_feasibility(canonical, context.options_, outcome.mu,
                                                        feasible, restorer, least, allowed);
-  budget.restoration += granted - allowed;
+  limit.restoration += granted - allowed;
   if (found != RestorationOutcome::UserStop && found != RestorationOutcome::LocallyInfeasible)
     return;
 

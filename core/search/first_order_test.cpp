@@ -56,7 +56,7 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
   return true;
 }
 
-bool FirstOrderTest::has_settled(const Iterate& iterate) {
+bool FirstOrderTest::is_at_rest(const Iterate& iterate) {
   constexpr double kGrown = 2.0;  // multipliers; under a large shift they rest as v does
   const Eigen::VectorXd& v = iterate.v;
   const double multiplier = iterate.lambda.size() > 0 ? iterate.lambda.cwiseAbs().maxCoeff() : 0.0;
@@ -65,22 +65,22 @@ bool FirstOrderTest::has_settled(const Iterate& iterate) {
     // Beside a variable that has gone far from its start a step may look like rest.
     const auto start = of(canonical_.starting_point().v).abs();
     const auto size = (start > 0.0).select(start, of(v).abs());
-    return ((of(v) - of(settled_at_)).abs() > parameters::kHardly * size).any();
+    return ((of(v) - of(rest_point_)).abs() > parameters::kHardly * size).any();
   };
-  if (settled_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {
-    settled_at_ = v;
-    settled_multiplier_ = multiplier;
-    settled_ = 0;
+  if (at_rest_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {
+    rest_point_ = v;
+    rest_multiplier_ = multiplier;
+    at_rest_ = 0;
   }
   constexpr Index kIteratesAtRest = 10;
-  return ++settled_ > kIteratesAtRest && multiplier > kGrown * settled_multiplier_;
+  return ++at_rest_ > kIteratesAtRest && multiplier > kGrown * rest_multiplier_;
 }
 
-std::optional<Status> FirstOrderTest::claim(const Point& point) {
+std::optional<Status> FirstOrderTest::passed(const Point& point) {
   const double objective = canonical_.unscaled_objective(point.evaluation.f);
   const double last = std::exchange(last_objective_, objective);
   if (is_within_tolerances(point.error, options_) &&
-      (is_balanced(point, options_.tol) || has_settled(point.iterate))) {
+      (is_balanced(point, options_.tol) || is_at_rest(point.iterate))) {
     return Status::Solved;
   }
   const double change = std::abs(objective - last) / std::max(1.0, std::abs(objective));

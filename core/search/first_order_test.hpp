@@ -27,24 +27,24 @@ class FirstOrderTest {
   [[nodiscard]] bool is_acceptable(const Point& point);
 
   /// At each iterate: Solved, SolvedToAcceptableLevel, or nothing yet.
-  [[nodiscard]] std::optional<Status> claim(const Point& point);
+  [[nodiscard]] std::optional<Status> passed(const Point& point);
   /// The iterates have moved elsewhere: acceptable ones are counted anew.
-  void begin_anew() { acceptable_ = settled_ = 0; }
+  void begin_anew() { acceptable_ = at_rest_ = 0; }
 
  private:
   /// Of the entries that exceed a tolerance in the model's units.
   [[nodiscard]] bool is_balanced(const Point& point, double tolerance);
 
   /// Whether the model's variables stay where they are while multipliers grow: there are none.
-  [[nodiscard]] bool has_settled(const Iterate& iterate);
+  [[nodiscard]] bool is_at_rest(const Iterate& iterate);
 
   const CanonicalProblem& canonical_;
   const SolverOptions& options_;
   Eigen::VectorXd terms_, by_rounding_;
   Index acceptable_ = 0;  ///< iterates in a row
-  Index settled_ = 0;     ///< iterates at settled_at_
-  Eigen::VectorXd settled_at_;
-  double settled_multiplier_ = 0.0;  ///< the largest one there
+  Index at_rest_ = 0;     ///< iterates at rest_point_
+  Eigen::VectorXd rest_point_;
+  double rest_multiplier_ = 0.0;  ///< the largest one there
   double last_objective_ = 0.0;
 };
 

@@ -9,7 +9,7 @@
 
 #include "core/iteration.hpp"
 #include "core/method/step_method.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "core/search/outcome.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/uncopied.hpp"
@@ -32,7 +32,7 @@ class Observation : MethodContext, Uncopied {
     mu_ = mu;
     if (!is_wanted()) return true;
     IterationInfo info;
-    info.iteration = budget_.iteration;
+    info.iteration = limit_.iteration;
     info.objective = canonical_.unscaled_objective(point.evaluation.f);
     info.error = point.error;
     info.mu = mu;
@@ -58,7 +58,7 @@ class Observation : MethodContext, Uncopied {
     mu_ = mu;
     IterationInfo info = nested;
     info.restoration = true;
-    info.iteration = budget_.iteration + 1;
+    info.iteration = limit_.iteration + 1;
     info.factorizations_full = info.factorizations_inner = 0;
     double f = kNaN;
     if (!canonical_.objective(v, f)) {
@@ -116,7 +116,7 @@ class Observation : MethodContext, Uncopied {
     result.status = Status::UserStop;
     result.message = std::string(name_of(result.status));
     result.mu = mu_;
-    result.iterations = budget_.iteration;
+    result.iterations = limit_.iteration;
     describe(canonical_, options_, point, result);
     totals_(result);
     return result;

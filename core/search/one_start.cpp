@@ -9,9 +9,8 @@
 #include "core/model/indices.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/outcome.hpp"
-#include "core/search/random_starts.hpp"
 #include "core/search/solve.hpp"
+#include "core/search/starts.hpp"
 
 namespace ipminmax {
 namespace {
@@ -23,18 +22,6 @@ namespace {
   static_cast<void>(Eigen::l1CacheSize());
   return true;
 }();
-
-/// Whether variables with equal bounds are taken out and may be kept instead.
-bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& options) {
-  const auto treatment = options.fixed_variable_treatment;
-  const bool takes_out = treatment == FixedVariableTreatment::MakeParameter ||
-                         treatment == FixedVariableTreatment::MakeParameterNodual;
-  if (!takes_out || !(options.bound_relax_factor > 0.0)) return false;
-  for (const auto i : indices(s.variable_lower)) {
-    if (s.variable_lower[i] == s.variable_upper[i]) return true;
-  }
-  return false;
-}
 
 /// A function was evaluated, in vain: the numbers of the start itself are in order.
 bool start_is_undefined(const Result& result) {
@@ -51,7 +38,7 @@ Result cut_at_start(Status why, Result undefined) {
   return undefined;
 }
 
-/// One solve; see solve_from_start.
+/// One solve from one start; see solve_from_start.
 struct OneStart {
   Budget& budget;
   const SolveObserver& observer;
@@ -59,25 +46,6 @@ struct OneStart {
 
   void say(const std::string& text) const {
     if (observer.message) observer.message(text);
-  }
-
-  /// Where too few degrees of freedom are left without the fixed variables, their bounds are moved
-  /// apart, as in Ipopt.
-  Result solve_as_given(Problem& problem, const SolverOptions& options) const {
-    Result refused = run_searches(problem, options, budget, observer, kept);
-    if (refused.status != Status::TooFewDegreesOfFreedom ||
-        !may_keep_fixed_variables(problem.structure(), options)) {
-      return refused;
-    }
-    SolverOptions relaxed = options;
-    relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
-    Result result = run_searches(problem, relaxed, budget, observer, kept);
-    if (result.status == Status::TooFewDegreesOfFreedom) return refused;
-    result.fixed_variables_relaxed = true;
-    say("The bounds of fixed variables were moved apart (fixed_variable_treatment "
-        "relax_bounds): without these variables there were " +
-        refused.message + ".");
-    return result;
   }
 
   /// With second derivatives from differences. Where the pattern turns out to have missed entries
@@ -93,7 +61,7 @@ struct OneStart {
       say("Second derivatives from finite differences: " +
           std::to_string(model.structure().hessian.size()) + " entries by " +
           std::to_string(model.groups()) + " groups of variables.");
-      result = solve_as_given(model, options);
+      result = run_searches(model, options, budget, observer, kept);
       constexpr int kMostRestarts = 6;
       if (restarts == kMostRestarts || stopped_from_outside(result.status)) break;
       // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
@@ -122,20 +90,21 @@ struct OneStart {
     Restructured model(problem);
     model.changed.has_hessian = false;
     model.changed.hessian.clear();
-    Result result = solve_as_given(model, options);
+    Result result = run_searches(model, options, budget, observer, kept);
     if (is_success(result.status) && result.message == name_of(result.status))
       result.message += "; limited-memory Hessian: nothing is certified";
     return result;
   }
 
-  Result solve_once(Problem& problem, const SolverOptions& options) const {
+  /// From the model's second derivatives, or from what stands for them.
+  Result solve_with_hessian(Problem& problem, const SolverOptions& options) const {
     using enum HessianApproximation;
     const bool has_hessian = problem.structure().has_hessian;
     const auto approximation = options.hessian_approximation;
     const bool asks_model =
         has_hessian && approximation != LimitedMemory && approximation != FiniteDifferenceValues;
     if (asks_model || !check(options).empty()) {
-      return solve_as_given(problem, options);
+      return run_searches(problem, options, budget, observer, kept);
     }
     if (approximation == Exact) {
       return without_point(
@@ -161,7 +130,7 @@ struct OneStart {
       const std::string which = "new start " + std::to_string(start);
       say(undefined.message + "; " + which);
       Restarted restarted(problem, random_start(problem.structure(), own, start, options));
-      Result result = solve_once(restarted, cold);
+      Result result = solve_with_hessian(restarted, cold);
       const bool defined = !start_is_undefined(result);
       if (defined && !is_success(result.status)) {
         result.message += "\nthis is from " + which + ", since " + undefined.message;
@@ -181,24 +150,12 @@ struct OneStart {
 
 }  // namespace
 
-bool is_final(Status status) {
-  return status == Status::InvalidProblem || status == Status::InvalidOption ||
-         status == Status::TooFewDegreesOfFreedom;
-}
-
-Result without_point(Status status, std::string message) {
-  Result result;
-  result.status = status;
-  result.message = std::move(message);
-  return result;
-}
-
 /// Also where the solver itself, or its answer, finds no memory.
 Result solve_from_start(Problem& problem, const SolverOptions& options, Budget& budget,
                         const SolveObserver& observer, KeptWork* kept) {
   try {
     const OneStart start{.budget = budget, .observer = observer, .kept = kept};
-    Result result = start.solve_once(problem, options);
+    Result result = start.solve_with_hessian(problem, options);
     if (start_is_undefined(result)) {
       if (const auto why = budget.interrupted()) return cut_at_start(*why, std::move(result));
       result = start.solve_elsewhere(problem, options, std::move(result));
@@ -209,6 +166,9 @@ Result solve_from_start(Problem& problem, const SolverOptions& options, Budget& 
     if (kept) *kept = {};
     budget.stop(Status::OutOfMemory);
     return without_point(Status::OutOfMemory, "out of memory");
+  } catch (...) {  // the solvers may be in any state
+    if (kept) kept->analysis.reset();
+    throw;
   }
 }
 
@@ -235,12 +195,7 @@ Counts SearchStructure::detect(Problem& problem, const SolverOptions& options) {
 
 Result SearchStructure::solve(Problem& problem, const SolverOptions& options, Budget& budget,
                               const SolveObserver& observer) {
-  try {
-    return solve_from_start(problem, options, budget, observer, kept_.get());
-  } catch (...) {  // the solvers may be in any state
-    kept_->analysis.reset();
-    throw;
-  }
+  return solve_from_start(problem, options, budget, observer, kept_.get());
 }
 
 }  // namespace ipminmax

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "core/model/budget.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
+#include "core/search/outcome.hpp"
 
 namespace ipminmax {
 
@@ -20,12 +20,6 @@ struct KeptWork;
 [[nodiscard]] Result solve_from_start(Problem& problem, const SolverOptions& options,
                                       Budget& budget, const SolveObserver& observer,
                                       KeptWork* kept);
-
-/// No other starting point can change such an end.
-[[nodiscard]] bool is_final(Status status);
-
-/// A result without a point.
-[[nodiscard]] Result without_point(Status status, std::string message);
 
 /// What the searches of one thread on one model have in common and is computed once: the pattern of
 /// the second derivatives where it has to be detected, orderings, symbolic factorizations. Nothing

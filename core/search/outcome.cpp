@@ -1,5 +1,6 @@
 #include "core/search/outcome.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -7,6 +8,8 @@
 
 #include "core/model/norms.hpp"
 #include "core/model/status_table.hpp"
+#include "core/search/first_order_test.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -15,6 +18,18 @@ bool search_failed(Status status) { return row_of(status).group == StatusRow::Gr
 bool stopped_from_outside(Status status) {
   return status == Status::UserStop || status == Status::MaxCpuTime ||
          status == Status::MaxWallTime || status == Status::OutOfMemory;
+}
+
+bool is_final(Status status) {
+  return status == Status::InvalidProblem || status == Status::InvalidOption ||
+         status == Status::TooFewDegreesOfFreedom;
+}
+
+Result without_point(Status status, std::string message) {
+  Result result;
+  result.status = status;
+  result.message = std::move(message);
+  return result;
 }
 
 void set_seconds(const Stopwatch& stopwatch, Result& result) {
@@ -79,6 +94,47 @@ void describe(CanonicalProblem& canonical, const SolverOptions& options,
     result.certificate = {};
     describe(canonical, options, outcome.point, result);
   }
+}
+
+void add_work(const Result& part, Result& total) {
+  total.iterations += part.iterations;
+  total.factorizations += part.factorizations;
+  total.counts += part.counts;
+  total.timing += part.timing;
+  total.over_y.solves += part.over_y.solves;
+  total.over_y.maximizations += part.over_y.maximizations;
+}
+
+void set_work(const Result& total, Result& answer) {
+  answer.iterations = total.iterations;
+  answer.factorizations = total.factorizations;
+  answer.counts = total.counts;
+  answer.timing = total.timing;
+  answer.over_y.solves = total.over_y.solves;
+  answer.over_y.maximizations = total.over_y.maximizations;
+}
+
+PointRank rank_of(const CanonicalProblem& canonical, const SolverOptions& options,
+                  const Point& point) {
+  const auto or_last = [](double value) { return std::isnan(value) ? kInfinity : value; };
+  const bool minimization = canonical.max_size() == 0;
+  constexpr double kOfTol = 1e-2;
+  const bool is_met = minimization && is_within_tolerances(point.error, options) &&
+                      point.error.dual_min <= kOfTol * options.dual_inf_tol;
+  return {.is_unmet = !is_met,
+          .violation = std::max(or_last(point.error.primal), options.constr_viol_tol),
+          .value = or_last(minimization ? point.evaluation.f : point.error.total),
+          .error = or_last(point.error.total)};
+}
+
+void BestPoint::see(const PointRank& its_rank, const Point& its_point, double its_mu,
+                    Index its_iteration) {
+  if (any && !(its_rank < rank)) return;
+  any = true;
+  rank = its_rank;
+  point = its_point;
+  mu = its_mu;
+  iteration = its_iteration;
 }
 
 }  // namespace ipminmax

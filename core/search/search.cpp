@@ -16,6 +16,24 @@ bool seems_wrong(const Certificate& found) {
   return found.inner.positive > found.inner_expected.positive;
 }
 
+/// A test goes on: it may use what steps keep for it, and what it uses is counted as its own.
+class Testing : Uncopied {
+ public:
+  Testing(SolveLimit& limit, const KktSystem& kkt)
+      : limit_(limit), kkt_(kkt), before_(kkt.factorizations()) {
+    limit_.testing = true;
+  }
+  ~Testing() {
+    limit_.testing = false;
+    limit_.tests += kkt_.factorizations() - before_;
+  }
+
+ private:
+  SolveLimit& limit_;
+  const KktSystem& kkt_;
+  Index before_;
+};
+
 }  // namespace
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
@@ -27,31 +45,32 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       test_(canonical_, options_),
       arrays_(arrays),
       step_{.kind = start.how},
-      deadline_(start.deadline) {
+      last_iteration_(start.algorithm_one_until) {
   arrays_.point = arrays_.next = start.point;
   arrays_.best.see(rank_of(canonical_, options_, arrays_.point), arrays_.point, barrier_.mu(),
-                   budget_.iteration);
+                   limit_.iteration);
 }
 
 SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
-  for (;; ++budget_.iteration) {
+  for (;; ++limit_.iteration) {
     if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
-    drop_idle_multipliers(options_.tol);
+    zero_multipliers_of_feasibility(options_.tol);
 
     bool escaped = false;
-    if (const auto claim = test_.claim(arrays_.point)) {
-      Verdict verdict = judge(*claim);
+    if (const auto passed = test_.passed(arrays_.point)) {
+      Verdict verdict = judge(*passed);
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
     // For a balanced point as long again as to the first that met the tolerances, and some more.
     constexpr Index kMore = 100;
-    if (met_at_ < 0 && !arrays_.best.rank.is_unmet) met_at_ = budget_.iteration;
-    if (met_at_ >= 0 && budget_.iteration > 2 * met_at_ + kMore)
+    if (met_at_ < 0 && !arrays_.best.rank.is_unmet) met_at_ = limit_.iteration;
+    if (met_at_ >= 0 && limit_.iteration > 2 * met_at_ + kMore)
       return given_up(Status::MaxIterations);
     if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
-    if (deadline_ && budget_.iteration >= deadline_->iteration) return ended(deadline_->status);
+    if (last_iteration_ && limit_.iteration >= *last_iteration_)
+      return ended(Status::NoLocalMinmaxFound);
 
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
@@ -66,7 +85,8 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
 SearchOutcome Search::ended(Status status, std::string message) const {
   name_divergence(*this, arrays_.point, status, message);
   const bool limited = options_.minmax_max_factorizations > 0;
-  if (status == Status::MaxIterations && limited && !budget_.is_spent() && message.empty()) {
+  if (status == Status::MaxIterations && limited && limit_.iterations_left() > 0 &&
+      message.empty()) {
     message = "the factorizations that minmax_max_factorizations allows are used up";
   }
   SearchOutcome outcome{.status = status,
@@ -74,7 +94,7 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .point = std::move(arrays_.ended),
                         .mu = barrier_.mu(),
                         .certificate = {},
-                        .iterations = budget_.iteration};
+                        .iterations = limit_.iteration};
   outcome.point = arrays_.point;
   return outcome;
 }
@@ -100,10 +120,10 @@ SearchOutcome Search::given_up(Status status, std::string message) {
 
 SearchOutcome Search::ended(Verdict&& verdict) const {
   SearchOutcome outcome = ended(verdict.status, std::move(verdict.message));
-  outcome.certificate = verdict.finding.certificate;
-  if (verdict.finding.point) {
-    outcome.point = std::move(*verdict.finding.point);
-    outcome.mu = verdict.finding.mu;
+  outcome.certificate = verdict.test.certificate;
+  if (verdict.test.point) {
+    outcome.point = std::move(*verdict.test.point);
+    outcome.mu = verdict.test.mu;
     measure_anew(canonical_, options_, outcome.point);
   }
   return outcome;
@@ -112,7 +132,7 @@ SearchOutcome Search::ended(Verdict&& verdict) const {
 void Search::measure_point() {
   measure(canonical_, options_, arrays_.point);
   arrays_.best.see(rank_of(canonical_, options_, arrays_.point), arrays_.point, barrier_.mu(),
-                   budget_.iteration + 1);
+                   limit_.iteration + 1);
 }
 
 void Search::make_step(StepMethod& method) {
@@ -143,7 +163,7 @@ SearchOutcome Search::after_failed_step() {
   if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point)) {
     arrays_.point = arrays_.best.point;
   }
-  if (stuck) drop_idle_multipliers(options_.acceptable_tol);
+  if (stuck) zero_multipliers_of_feasibility(options_.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
   return given_up(*step_.failure, step_.message);
@@ -153,7 +173,7 @@ std::optional<Status> Search::limit_reached() {
   if (max_norm(arrays_.point.iterate.v) > options_.diverging_iterates_tol) {
     return Status::DivergingIterates;
   }
-  if (budget_.is_spent()) return Status::MaxIterations;
+  if (limit_.iterations_left() <= 0) return Status::MaxIterations;
   const bool far =
       !has_max() && has_run_away(canonical_, arrays_.point, {0, canonical_.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
@@ -163,7 +183,7 @@ std::optional<Status> Search::limit_reached() {
   return std::nullopt;
 }
 
-void Search::drop_idle_multipliers(double tolerance) {
+void Search::zero_multipliers_of_feasibility(double tolerance) {
   // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
   const bool minimization = !has_max() || canonical_.is_constant();
   if (!minimization || arrays_.point.evaluation.c.size() == 0 ||
@@ -182,31 +202,30 @@ void Search::drop_idle_multipliers(double tolerance) {
   measure_anew(canonical_, options_, arrays_.point);
 }
 
-Search::Verdict Search::judge(Status claim) {
+Search::Verdict Search::judge(Status first_order) {
   barrier_.settle();
-  Verdict verdict{.status = claim, .finding = {}};
-  Finding& finding = verdict.finding;
-  Certificate& certificate = finding.certificate;
+  Verdict verdict{.status = first_order, .test = {}};
+  Finding& test = verdict.test;
+  Certificate& certificate = test.certificate;
   if (options_.minmax_certificate == CertificateEffort::None) {
     certificate.kind = PointKind::FirstOrderPoint;
     return verdict;
   }
   const KktSystem::Counting counting(kkt_, FactorizationCause::Certificate);
-  const Index before = kkt_.factorizations();
-  kkt_.allow_factorizations(budget_.factorizations);
-  finding = certify(canonical_, kkt_, arrays_.point, barrier_.mu(), options_,
-                    factorizations_for_test(), arrays_.certificate);
-  kkt_.allow_factorizations(budget_.factorizations_of_steps());
-  budget_.tests += kkt_.factorizations() - before;
-  const Point& certified = finding.point ? *finding.point : arrays_.point;
-  const bool plateau = certificate.answer == InnerAnswer::BestNotUnique &&
-                       is_on_plateau(*this, certified, finding.mu);
+  {
+    const Testing testing(limit_, kkt_);
+    test = certify(canonical_, kkt_, arrays_.point, barrier_.mu(), options_,
+                   factorizations_for_test(), arrays_.certificate);
+  }
+  const Point& certified = test.point ? *test.point : arrays_.point;
+  const bool plateau =
+      certificate.answer == InnerAnswer::BestNotUnique && is_on_plateau(*this, certified, test.mu);
   if (plateau) {
     certificate = {};
     certificate.kind = PointKind::FirstOrderPoint;
     certificate.second_order = SecondOrder::Undecided;
   }
-  if (certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
+  if (certificate.second_order != SecondOrder::Satisfied) test.point.reset();
   if (certificate.second_order == SecondOrder::Violated) {
     verdict.status = Status::NotLocalMinmax;
   } else if ((certificate.second_order == SecondOrder::Undecided ||
@@ -217,11 +236,9 @@ Search::Verdict Search::judge(Status claim) {
     if (plateau || runs_to_infinity(*this, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = kToInfinity;
-    } else if (certificate.hessian_disagrees) {
-      verdict.message = finding.remark;
-      if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;
-    } else if (claim == Status::Solved) {
-      verdict.status = Status::SolvedDegenerate;
+    } else {
+      if (certificate.hessian_disagrees) verdict.message = test.remark;
+      if (first_order == Status::Solved) verdict.status = Status::SolvedDegenerate;
     }
   }
   return verdict;
@@ -231,19 +248,19 @@ Index Search::factorizations_for_test() const {
   // Beside copies of y: what they stand for is maximized over all of y, at many times the cost.
   const bool small = kkt_.layout().dimension() <= parameters::kSmallSystem;
   if (small || canonical_.has_copies()) return parameters::test::kForSmallSystems;
-  const Index tests = budget_.tests;
+  const Index tests = limit_.tests;
   const Index others = kkt_.factorizations() - tests;
   return std::max(parameters::test::kFewestForTests,
                   others / parameters::test::kShareOfTests - tests);
 }
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
-  if (budget_.is_spent() || limit_.expired()) return false;
+  if (limit_.iterations_left() <= 0 || limit_.expired()) return false;
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for
   // the case that nothing better comes.
-  const Certificate& found = verdict.finding.certificate;
+  const Certificate& found = verdict.test.certificate;
   if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
-  const std::optional<WrongCurvature>& wrong = verdict.finding.wrong;
+  const std::optional<WrongCurvature>& wrong = verdict.test.wrong;
   const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
                           (has_max() || wrong) && found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));

@@ -4,9 +4,8 @@
 #include <string>
 
 #include "core/certificate/certificate.hpp"
-#include "core/method/barrier_update.hpp"
+#include "core/method/barrier.hpp"
 #include "core/method/step_method.hpp"
-#include "core/search/best_point.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/observation.hpp"
 #include "core/search/outcome.hpp"
@@ -44,13 +43,13 @@ class Search : MethodContext {
   [[nodiscard]] SearchOutcome ended(Status status, std::string message = {}) const;
 
  private:
-  /// What the certificate says of a first-order point.
+  /// Of a point that passed the first-order test.
   struct Verdict {
     Status status;
     std::string message{};
-    Finding finding;
+    Finding test;  ///< the second-order one's result
   };
-  [[nodiscard]] Verdict judge(Status claim);
+  [[nodiscard]] Verdict judge(Status first_order);
   [[nodiscard]] Index factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
@@ -60,7 +59,7 @@ class Search : MethodContext {
   [[nodiscard]] std::optional<Status> limit_reached();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
-  void drop_idle_multipliers(double tolerance);
+  void zero_multipliers_of_feasibility(double tolerance);
   void measure_point();
 
   Purpose purpose_;
@@ -69,7 +68,7 @@ class Search : MethodContext {
   FirstOrderTest test_;
   SearchArrays& arrays_;
   StepReport step_;  ///< that led to arrays_.point, or failed there
-  std::optional<Deadline> deadline_;
+  std::optional<Index> last_iteration_;
   Index runaway_iterations_ = 0;      ///< in a row
   Index met_at_ = -1;                 ///< the first iteration that met the tolerances
   int restored_when_acceptable_ = 0;  ///< restorations that began at an acceptable point

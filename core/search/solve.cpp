@@ -1,5 +1,8 @@
+#include "core/search/solve.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -15,18 +18,30 @@
 #include "core/search/divergence.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/random_starts.hpp"
 #include "core/search/search.hpp"
-#include "core/search/solve.hpp"
+#include "core/search/starts.hpp"
 #include "core/violations.hpp"
 #include "linalg/solver_lost.hpp"
 
 namespace ipminmax {
+
 namespace {
 
 SearchOutcome better(const std::optional<SearchOutcome>& earlier, SearchOutcome later) {
   if (!earlier) return later;
   return better(*earlier, std::move(later));
+}
+
+/// Whether variables with equal bounds are taken out and may be kept instead.
+bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& options) {
+  const auto treatment = options.fixed_variable_treatment;
+  const bool takes_out = treatment == FixedVariableTreatment::MakeParameter ||
+                         treatment == FixedVariableTreatment::MakeParameterNodual;
+  if (!takes_out || !(options.bound_relax_factor > 0.0)) return false;
+  for (const auto i : indices(s.variable_lower)) {
+    if (s.variable_lower[i] == s.variable_upper[i]) return true;
+  }
+  return false;
 }
 
 /// One solve: the best of a list of searches, all within one budget of iterations.
@@ -43,93 +58,52 @@ class Solve {
         purpose_(purpose),
         kept_(kept),
         arrays_(kept != nullptr ? kept->arrays : own_arrays_.emplace()),
-        limit_(shared),
-        budget_{.limit = options.max_iter},
+        limit_(shared, options.max_iter),
         canonical_(problem, options, counts_, timing_, &arrays_.canonical) {
     if (purpose == Purpose::Solution) {
-      if (const auto left = shared.factorizations_left()) budget_.factorizations = *left;
+      if (const auto left = shared.factorizations_left()) limit_.factorizations = *left;
     } else if (options.minmax_max_factorizations > 0) {
-      budget_.factorizations = options.minmax_max_factorizations;
+      limit_.factorizations = options.minmax_max_factorizations;
     }
   }
 
+  /// Searches from one start after the other until one succeeds. What the model or the observer
+  /// throws passes through; of a restoration all that is not the factors' memory does.
   Result run() {
-    Result result = run_guarded();
-    if (purpose_ == Purpose::Restoration) return result;  // the whole solve counts it
-    const Index restoring = counts_.factorizations_for(FactorizationCause::Restoration).full;
-    shared_.spend(result.factorizations + restoring);
-    if (result.status == Status::OutOfMemory) shared_.stop(Status::OutOfMemory);
-    return result;
+    try {
+      auto refused = prepare();
+      return refused ? std::move(*refused) : finish(search_all(arrays_.search.start));
+    } catch (const FactorsOutOfMemory& error) {
+      return stopped(Status::OutOfMemory, error.what());
+    } catch (const std::bad_alloc&) {
+      if (purpose_ == Purpose::Restoration) throw;  // the whole solve is out of memory
+    } catch (const std::length_error&) {            // more than an array can hold
+      if (canonical_.inside_model() || (observation_ && observation_->is_inside())) throw;
+    } catch (const SolverUnavailable& error) {
+      if (purpose_ == Purpose::Restoration) throw;
+      best_.reset();  // this is why nothing better was found
+      const bool worked = is_analyzed_ || dynamic_cast<const SolverLost*>(&error) != nullptr;
+      return stopped(worked ? Status::LinearSolverFailed : Status::InvalidOption, error.what());
+    }
+    return without_point(Status::OutOfMemory, "out of memory");
   }
 
  private:
-  /// Makes what the searches work with.
-  void begin() {
-    kkt_.emplace(canonical_, options_, counts_, timing_, &limit_,
-                 KeptKkt{.analysis = kept_ && kept_->analysis ? &*kept_->analysis : nullptr,
-                         .arrays = &arrays_.kkt});
-    correction_.emplace(*kkt_, options_, counts_);
-    context_.emplace(
-        MethodContext{canonical_, *kkt_, *correction_, options_, limit_, budget_, counts_});
-    observation_.emplace(observer_, *context_, [this](Result& result) { set_totals(result); });
-    others_.emplace(*context_);
-    arrays_.search.best.any = false;
-    kkt_->allow_factorizations(budget_.factorizations_of_steps());
-  }
-
-  /// Of all searches, with the outcome of the last one.
-  [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
-    return better(best_, better(left_, std::move(last)));
-  }
-
-  Result run_guarded() {
-    try {
-      return run_checked();
-    } catch (const FactorsOutOfMemory& error) {
-      return without_point(Status::OutOfMemory, error.what());
-    } catch (const std::bad_alloc&) {
-      if (purpose_ == Purpose::Restoration) throw;  // the whole solve is out of memory
-      return without_point(Status::OutOfMemory, "out of memory");
-    } catch (const std::length_error&) {  // more than an array can hold
-      if (canonical_.inside_model() || observer_threw_) throw;
-      return without_point(Status::OutOfMemory, "out of memory");
-    } catch (const SolverLost& error) {
-      if (purpose_ == Purpose::Restoration) throw;
-      return without_point(Status::LinearSolverFailed, error.what());
-    } catch (const SolverUnavailable& error) {
-      if (purpose_ == Purpose::Restoration) throw;
-      return without_point(Status::InvalidOption, error.what());
-    }
-  }
-
-  Result run_checked() {
+  /// The canonical problem, what the searches work with, and the evaluated start of the first. A
+  /// result: there is nothing to search.
+  std::optional<Result> prepare() {
     if (auto error = check(options_); !error.empty()) {
       return without_point(Status::InvalidOption, std::move(error));
     }
     if (kept_ && !kept_->fits(problem_.structure(), options_)) kept_ = nullptr;
-    const bool is_scaled = kept_ && kept_->scaling;
+    const bool is_scaled = kept_ && kept_->scaling && keeps_numbers();
     if (auto error = canonical_.build(is_scaled ? &*kept_->scaling : nullptr, &limit_);
         !error.empty()) {
       return limit_.exceeded() ? at_start() : without_point(canonical_.error_status(), error);
     }
-    if (options_.mu_strategy == BarrierStrategy::Adaptive && canonical_.max_size() > 0 &&
-        options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
-      return without_point(
-          Status::InvalidOption,
-          "adaptive_mu_globalization = obj-constr-filter is for minimizations: with "
-          "Max variables the "
-          "objective may rise\nuse kkt-error");
+    if (auto error = option_for_minimizations(); canonical_.max_size() > 0 && error != nullptr) {
+      return without_point(Status::InvalidOption, error);
     }
-    if (options_.minmax_certificate == CertificateEffort::None && canonical_.max_size() > 0) {
-      return without_point(
-          Status::InvalidOption,
-          "minmax_certificate = none is for minimizations: with Max variables only the certificate "
-          "tells a local minmax from a saddle");
-    }
-    return search();
-  }
-
-  Result search() {
     if (limit_.expired()) return at_start();
     begin();
     if (limit_.expired() || !analyze()) {
@@ -137,32 +111,45 @@ class Solve {
                  ? at_start()
                  : without_point(Status::OutOfMemory, "out of memory in the analysis");
     }
-    const auto stopped = [&](Status status, const char* why) {
-      return search_ ? finish(best_with(search_->ended(status, why))) : without_point(status, why);
-    };
-    try {
-      Start& first = arrays_.search.start;
-      first = Start{.point = std::move(first.point)};  // for its room
-      begin_at(canonical_, canonical_.starting_point(), first.point);
-      if (!evaluate_start(*context_, options_, first.point)) {
-        const Status status = canonical_.evaluation_status();
-        Result result =
-            without_point(status, canonical_.evaluation_error() + " at the starting point");
-        keep_work(status);
-        return result;
-      }
-      return finish(search_all(first));
-    } catch (const FactorsOutOfMemory& error) {
-      return stopped(Status::OutOfMemory, error.what());
-    } catch (const SolverUnavailable& error) {
-      if (purpose_ == Purpose::Restoration) throw;
-      best_.reset();  // this is why nothing better was found
-      return stopped(Status::LinearSolverFailed, error.what());
-    } catch (const std::length_error&) {
-      observer_threw_ = observation_->is_inside();
-      throw;
-    }
+    is_analyzed_ = true;
+    Start& first = arrays_.search.start;
+    first = Start{.point = std::move(first.point)};  // for its room
+    begin_at(canonical_, canonical_.starting_point(), first.point);
+    if (evaluate_start(*context_, options_, first.point)) return std::nullopt;
+    const Status status = canonical_.evaluation_status();
+    Result result = without_point(status, canonical_.evaluation_error() + " at the starting point");
+    keep_work(status);
+    return result;
   }
+
+  /// What is asked for and possible without Max variables alone; null: nothing.
+  [[nodiscard]] const char* option_for_minimizations() const {
+    if (options_.mu_strategy == BarrierStrategy::Adaptive &&
+        options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
+      return "adaptive_mu_globalization = obj-constr-filter is for minimizations: with Max "
+             "variables the objective may rise\nuse kkt-error";
+    }
+    if (options_.minmax_certificate == CertificateEffort::None) {
+      return "minmax_certificate = none is for minimizations: with Max variables only the "
+             "certificate tells a local minmax from a saddle";
+    }
+    return nullptr;
+  }
+
+  void begin() {
+    kkt_.emplace(canonical_, options_, counts_, timing_, &limit_,
+                 KeptKkt{.analysis = kept_ && kept_->analysis ? &*kept_->analysis : nullptr,
+                         .arrays = &arrays_.kkt});
+    correction_.emplace(*kkt_, options_, counts_);
+    context_.emplace(MethodContext{canonical_, *kkt_, *correction_, options_, limit_, counts_});
+    observation_.emplace(observer_, *context_, [this](Result& result) { set_totals(result); });
+    others_.emplace(*context_);
+    arrays_.search.best.any = false;
+  }
+
+  /// Whether the scaling and the shifts of the last solve are taken up: from a start that is not
+  /// near its solution the answer is that of a solve by itself.
+  [[nodiscard]] bool keeps_numbers() const { return options_.warm_start_init_point; }
 
   bool analyze() {
     if (!kkt_->analyze()) return false;
@@ -170,17 +157,27 @@ class Solve {
     // Before any factorization, so that every search begins with the same solvers in the same
     // places.
     if (kept_->structure_only && !kept_->analysis) kept_->analysis = kkt_->analysis();
-    if (options_.minmax_warm_start_shifts) correction_->remember(kept_->shifts);
+    if (options_.minmax_warm_start_shifts && keeps_numbers()) correction_->remember(kept_->shifts);
     return true;
   }
 
+  /// Of all searches, with the outcome of the last one.
+  [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
+    return better(best_, better(left_, std::move(last)));
+  }
+
+  /// The end of all searches by what the last one met; without a search no point is known.
+  Result stopped(Status status, const char* why) {
+    return search_ ? finish(best_with(search_->ended(status, why))) : without_point(status, why);
+  }
+
+  /// The best of the searches from this start and, as long as they fail, from others.
   SearchOutcome search_all(Start& start) {
     barrier_.emplace(*context_, start.point);
     for (;;) {
-      SearchOutcome outcome = best_with(search_from(start));
-      const bool goes_on = search_failed(outcome.status);
-      best_ = std::move(outcome);
-      auto next = goes_on ? next_start() : std::nullopt;
+      best_ = best_with(search_from(start));
+      if (!search_failed(best_->status)) break;
+      auto next = next_start();
       if (!next) break;
       start = std::move(*next);
     }
@@ -219,7 +216,7 @@ class Solve {
     const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed ||
                        status == Status::InertiaCorrectionFailed ||
                        status == Status::NotLocalMinmax;
-    if (!stuck || rule_changed_ || !may_change_rule() || budget_.is_spent()) {
+    if (!stuck || rule_changed_ || !may_change_rule() || limit_.iterations_left() <= 0) {
       return std::nullopt;
     }
     SolverOptions cold = options_;
@@ -236,26 +233,26 @@ class Solve {
         std::string("no solution from here; trying again with mu_strategy ") +
         (options_.mu_strategy == BarrierStrategy::Adaptive ? "monotone" : "adaptive"));
     barrier_->begin_anew();
-    ++budget_.iteration;
+    ++limit_.iteration;
     return start;
   }
 
   std::optional<Start> next_start() {
     if (canonical_.max_size() == 0) return start_with_other_rule();
-    if (!makes_new_starts(options_) || budget_.is_spent()) return std::nullopt;
+    if (!makes_new_starts(options_) || limit_.iterations_left() <= 0) return std::nullopt;
     auto next = others_->next();
     if (!next) return std::nullopt;
     observation_->say("no local minmax found from here; new start " +
                       std::to_string(others_->drawn()) +
-                      (next->rule == Start::Rule::AlgorithmOne ? ", by Algorithm 1" : ""));
+                      (next->algorithm_one_until ? ", by Algorithm 1" : ""));
     barrier_->begin_anew();
-    ++budget_.iteration;
+    ++limit_.iteration;
     return next;
   }
 
   StepMethod& method_for(const Start& start) {
     const bool is_first = start.how == StepKind::None;
-    if (start.rule == Start::Rule::Chosen && has_line_search()) {
+    if (!start.algorithm_one_until && has_line_search()) {
       return globalized_.emplace(*context_, restorer(), start.point, arrays_.method);
     }
     if (is_first && options_.minmax_freeze_tol > 0.0) {
@@ -355,7 +352,7 @@ class Solve {
     arrays_.result.give_to(result);
     describe(canonical_, options_, outcome, result);
     arrays_.search.ended = std::move(outcome.point);
-    result.iterations = budget_.iteration;
+    result.iterations = limit_.iteration;
     if (result.message.empty()) result.message.assign(name_of(result.status));
     keep_work(result.status);
     set_totals(result);
@@ -429,14 +426,14 @@ class Solve {
       return;
     }
     if (options_.nlp_scaling_method != Scaling::GradientBased) kept_->scaling.reset();
-    if (canonical_.gradient_scaling()) kept_->scaling = canonical_.gradient_scaling();
+    if (const auto* scaling = canonical_.gradient_scaling()) kept_->scaling = *scaling;
     kept_->analysis = kkt_->analysis();
     kept_->shifts = is_success(status) ? correction_->memory() : ShiftMemory{};
   }
 
   void set_totals(Result& result) const {
     result.counts = counts_;
-    result.counts.restoration_iterations = budget_.restoration;
+    result.counts.restoration_iterations = limit_.restoration;
     result.timing = timing_;
     result.factorizations = counts_.factorizations_full + counts_.factorizations_inner;
     set_seconds(limit_.stopwatch(), result);
@@ -452,10 +449,8 @@ class Solve {
   Timing timing_;
   std::optional<SolveArrays> own_arrays_;
   SolveArrays& arrays_;
-  TimeLimit limit_;
-  IterationBudget budget_;
+  SolveLimit limit_;
   CanonicalProblem canonical_;
-  bool observer_threw_ = false;
   // What the searches work with.
   std::optional<KktSystem> kkt_;
   std::optional<InertiaCorrection> correction_;
@@ -467,6 +462,7 @@ class Solve {
   std::optional<Search> search_;       ///< the last one
   std::optional<SearchOutcome> left_;  ///< by the last one, for a better point
   std::optional<SearchOutcome> best_;  ///< of those before
+  bool is_analyzed_ = false;           ///< the linear solver has worked
   // Of the last search, one of them.
   std::optional<GlobalizedMethod> globalized_;
   std::optional<AlgorithmOne> algorithm_one_;
@@ -474,9 +470,59 @@ class Solve {
 
 }  // namespace
 
+void KeptWork::forget() {
+  shape = {};
+  scaling.reset();
+  analysis.reset();
+  shifts = {};
+  structure_only = false;
+  hessian_pattern.reset();
+}
+
+bool KeptWork::fits(const ProblemStructure& s, const SolverOptions& options) {
+  const std::size_t n = s.variable_players.size();
+  const std::size_t m = s.constraint_players.size();
+  const bool complete = s.variable_lower.size() == n && s.variable_upper.size() == n &&
+                        s.constraint_lower.size() == m && s.constraint_upper.size() == m;
+  const bool same = complete && has_shape(s, options, shape);
+  // New ones instead of others in size: one of Eigen's is no more what it was when memory fails.
+  if (!same) arrays = {};
+  if (structure_only) {
+    if (complete && !analysis && !same) shape = shape_of(s, options);
+    return complete && (same || !analysis);
+  }
+  if (same) return true;
+  forget();
+  if (complete) shape = shape_of(s, options);
+  return true;
+}
+
 Result run_searches(Problem& problem, const SolverOptions& options, Budget& budget,
                     const SolveObserver& observer, KeptWork* kept) {
-  return Solve(problem, options, budget, observer, Purpose::Solution, kept).run();
+  const auto run = [&](const SolverOptions& with) {
+    Result result = Solve(problem, with, budget, observer, Purpose::Solution, kept).run();
+    const auto& restoring = result.counts.factorizations_for(FactorizationCause::Restoration);
+    budget.spend(result.factorizations + restoring.full);
+    if (result.status == Status::OutOfMemory) budget.stop(Status::OutOfMemory);
+    return result;
+  };
+  Result refused = run(options);
+  if (refused.status != Status::TooFewDegreesOfFreedom ||
+      !may_keep_fixed_variables(problem.structure(), options)) {
+    return refused;
+  }
+  SolverOptions relaxed = options;
+  relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
+  Result result = run(relaxed);
+  if (result.status == Status::TooFewDegreesOfFreedom) return refused;
+  result.fixed_variables_relaxed = true;
+  if (observer.message) {
+    observer.message(
+        "The bounds of fixed variables were moved apart (fixed_variable_treatment "
+        "relax_bounds): without these variables there were " +
+        refused.message + ".");
+  }
+  return result;
 }
 
 }  // namespace ipminmax

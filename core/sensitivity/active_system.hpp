@@ -5,22 +5,14 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "core/certificate/active_set.hpp"
-#include "core/certificate/parameters.hpp"
-#include "core/certificate/scaling.hpp"
 #include "core/kkt/block.hpp"
-#include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/parameters.hpp"
 #include "core/options.hpp"
-#include "core/point/point.hpp"
 #include "core/problem.hpp"
-#include "core/result.hpp"
-#include "core/sensitivity.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/symmetric_matrix.hpp"
@@ -38,37 +30,6 @@ enum class Hold : std::uint8_t {
 
 /// Per place: the variables, then the constraints, n + m.
 using ActiveSet = std::vector<Hold>;
-
-/// Per place, absent ones at infinity.
-struct Bounds {
-  std::vector<double> lower, upper;
-};
-[[nodiscard]] Bounds bounds_of(const ProblemStructure& structure, const SolverOptions& options);
-
-/// The values of variables and constraints in one vector per place.
-[[nodiscard]] std::vector<double> joined(std::span<const double> variables,
-                                         std::span<const double> constraints);
-
-/// Per place +1 for Min, -1 for Max: times this, multipliers of lower bounds (z_lower, -lambda) and
-/// of upper ones (z_upper, lambda) are >= 0.
-[[nodiscard]] std::vector<double> signs_of(const ProblemStructure& structure);
-
-/// Per place the length over which f bends by about one, as the certificate has it: its
-/// variable_scaling; 1 for what is fixed. jacobian, hessian: at v, per triplet of the structure.
-[[nodiscard]] std::vector<double> lengths_of(Problem& problem, const ProblemStructure& structure,
-                                             const SolverOptions& options,
-                                             const std::vector<double>& v,
-                                             const std::vector<double>& jacobian,
-                                             const std::vector<double>& hessian);
-
-/// What holds a place: a bound whose multiplier, times the square of the length, exceeds the
-/// distance to it. pressure: the multiplier, positive on the lower bound. weak: -1 or +1 where
-/// neither exceeds the other clearly at the lower or the upper bound, else 0.
-[[nodiscard]] Hold hold_of(double value, double lower, double upper, double pressure, double length,
-                           int& weak);
-
-/// "variable 3", or the model's name for it.
-[[nodiscard]] std::string place_name(const ProblemStructure& structure, std::size_t place);
 
 /// The equations of a solution with a given active set, linearized, over all variables and
 /// constraints (v, lambda):
@@ -209,15 +170,10 @@ class ActiveSystem {
   void equilibrate() {
     std::ranges::fill(scale_, 1.0);
     std::vector<double> largest(scale_.size());
-    const auto starts = matrix_.column_starts();
-    const auto rows = matrix_.rows();
     const auto values = matrix_.values();
     const auto visit = [&](auto entry) {
-      for (const auto col : indices(scale_)) {
-        for (std::size_t k = at(starts[col]); k < at(starts[col + 1]); ++k) {
-          entry(at(rows[k]), col, values[k]);
-        }
-      }
+      matrix_.for_each_entry(
+          [&](Index row, Index col, Index p) { entry(at(row), at(col), values[at(p)]); });
     };
     constexpr int kRounds = 3;
     for (int round = 0; round < kRounds; ++round) {

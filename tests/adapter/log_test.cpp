@@ -302,6 +302,8 @@ TEST(ExitLine, TellsTheTruth) {
             "      begin elsewhere, or make several starts (minmax_starts)\n");
   result.certificate.inner = result.certificate.inner_expected;
   EXPECT_NE(log::exit_line(result).find("curvature of the minimizer"), std::string::npos);
+  result.certificate.reasons = {{.kind = CertificateReason::Kind::RobustRow}};
+  EXPECT_NE(log::exit_line(result).find("no maximum of its constraint"), std::string::npos);
 }
 
 TEST(ExitLine, AddsTheCoresMessageWhenItSaysMore) {

@@ -19,7 +19,7 @@
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/paper/algorithm_one.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -375,14 +375,12 @@ TEST(PaperExample1, AtTheMaximumAlgorithm1StaysForEver) {
   ASSERT_TRUE(kkt.analyze());
   InertiaCorrection correction(kkt, options, counts);
   Budget shared(options);
-  TimeLimit limit(shared);
-  IterationBudget budget{.limit = options.max_iter};
+  SolveLimit limit(shared, options.max_iter);
   AlgorithmOne algorithm({.canonical_ = canonical,
                           .kkt_ = kkt,
                           .correction_ = correction,
                           .options_ = options,
                           .limit_ = limit,
-                          .budget_ = budget,
                           .counts_ = counts});
   Point point = unevaluated_point(canonical, canonical.starting_point());
   Point next = point;

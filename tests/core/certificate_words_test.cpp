@@ -11,7 +11,7 @@
 #include <support/certified_point.hpp>
 #include <support/units_problem.hpp>
 
-#include "core/parallel/result_bytes.hpp"
+#include "core/parallel/ranks.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

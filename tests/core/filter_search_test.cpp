@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/method/filter_search.hpp"
+#include "core/method/filter.hpp"
 
 namespace ipminmax {
 namespace {
@@ -40,7 +40,7 @@ class Listed {
 
 TEST(FilterSearch, TellsOfCorrectionsThatFollowARejectionByTheFilter) {
   Budget budget{SolverOptions{}};
-  TimeLimit limit(budget);
+  SolveLimit limit(budget);
   const SearchLine line{.from = {1.0, 1.0},
                         .slope = 1.0,
                         .longest = {.primal = 1.0, .dual = 1.0},

@@ -8,7 +8,7 @@
 
 #include <support/autodiff_problem.hpp>
 
-#include "core/diagnostics/remarks.hpp"
+#include "core/diagnostics/diagnosis.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -52,14 +52,14 @@ TEST(Remedies, AreInTheUsersTerms) {
   Result result;
   result.v = {0.0, -0.9999, 7.0};
   result.status = Status::Solved;
-  EXPECT_EQ(remedies(game.structure(), result), "");
+  EXPECT_EQ(advice(game.structure(), result), "");
   result.status = Status::NoLocalMinmaxFound;
-  std::string text = remedies(game.structure(), result);
+  std::string text = advice(game.structure(), result);
   for (const char* way : {"price", "find_price", "feedback", "kink", "minmax_epigraph", "starts"})
     EXPECT_NE(text.find(way), std::string::npos) << text;
   EXPECT_EQ(text.find("inequality"), std::string::npos) << text;  // s is a state
   result.status = Status::InnerUnbounded;
-  text = remedies(game.structure(), result);
+  text = advice(game.structure(), result);
   EXPECT_NE(text.find("the disturbance wins: f grows with variable 2 (s)"), std::string::npos)
       << text;
 }
@@ -76,7 +76,7 @@ TEST(Remedies, AtAKinkNameAnEquationThatIsMaxsAlone) {
   result.v = {0.0, 0.6, 0.8};
   for (const Status status : {Status::NoLocalMinmaxFound, Status::NotLocalMinmax}) {
     result.status = status;
-    const std::string text = remedies(game.structure(), result);
+    const std::string text = advice(game.structure(), result);
     for (const char* way : {"kink", "minmax_epigraph yes", "an inequality in place of"})
       EXPECT_NE(text.find(way), std::string::npos) << text;
   }
@@ -87,7 +87,7 @@ TEST(Remedies, MistakesOfThePlayersComeFirst) {
   Result result;
   result.v = {0.0, 0.0, 0.0};
   result.status = Status::NoLocalMinmaxFound;
-  const std::string text = remedies(game.structure(), result);
+  const std::string text = advice(game.structure(), result);
   EXPECT_NE(text.find("no choice is left"), std::string::npos) << text;
   EXPECT_EQ(text.find("find_price"), std::string::npos) << text;
 }

@@ -1,5 +1,6 @@
 // Solving again: what is kept, and that nothing is kept that no longer fits.
 #include <cmath>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,6 +20,8 @@ using testing::AutodiffProblem;
 using testing::Expression;
 using testing::kNoBound;
 using testing::Model;
+using testing::small_problem;
+using testing::SmallProblem;
 
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
@@ -125,10 +128,30 @@ TEST(RepeatedSolver, SeesChangedNumbers) {
   }
 }
 
-TEST(RepeatedSolver, KeepsTheScaling) {
+TEST(RepeatedSolver, GivesTheBitsOfASolveByItselfWithoutAWarmStart) {
+  for (const char* name : {"paper_f3", "rh7", "attack_ball"}) {
+    const SmallProblem& known = small_problem(name);
+    std::mt19937_64 random(17);
+    RepeatedSolver solver;
+    for (int k = 0; k < 20; ++k) {
+      std::vector<double> start = known.starts[0];
+      for (double& x : start) x += std::uniform_real_distribution(-1.5, 1.5)(random);
+      AutodiffProblem problem(known.model, start);
+      const Result again = solver.solve(problem, {}), fresh = solve(problem, {});
+      EXPECT_EQ(again.counts.analyses, k == 0 ? fresh.counts.analyses : 0);
+      EXPECT_EQ(again.status, fresh.status) << name << ' ' << k;
+      EXPECT_EQ(again.iterations, fresh.iterations) << name << ' ' << k;
+      EXPECT_TRUE(again.v == fresh.v) << name << ' ' << k;
+      EXPECT_TRUE(again.lambda == fresh.lambda) << name << ' ' << k;
+    }
+  }
+}
+
+TEST(RepeatedSolver, KeepsTheScalingForAWarmStart) {
   Variant steep;
   steep.weight = 400.0;
-  const SolverOptions options;
+  SolverOptions options;
+  options.warm_start_init_point = true;
   RepeatedSolver solver;
   const Result first = solve_again(solver, steep, options);
   ASSERT_EQ(first.status, Status::Solved) << first.message;
@@ -159,8 +182,9 @@ std::vector<double> shifts_of(RepeatedSolver& solver, const SolverOptions& optio
   return shifts;
 }
 
-TEST(RepeatedSolver, BeginsWithTheLastShifts) {
+TEST(RepeatedSolver, BeginsAWarmStartWithTheLastShifts) {
   SolverOptions options;
+  options.warm_start_init_point = true;
   options.minmax_globalization = Globalization::None;
   RepeatedSolver solver;
   const std::vector<double> first = shifts_of(solver, options);

@@ -11,8 +11,6 @@
 
 #include "core/model/canonical_problem.hpp"
 #include "core/point/point.hpp"
-#include "core/point/residual.hpp"
-#include "core/point/step_length.hpp"
 
 namespace ipminmax {
 namespace {

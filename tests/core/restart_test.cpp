@@ -9,7 +9,7 @@
 #include <support/autodiff_problem.hpp>
 
 #include "core/multistart.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/starts.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {

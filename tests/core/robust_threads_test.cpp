@@ -9,9 +9,11 @@
 #include <gtest/gtest.h>
 
 #include "core/autodiff_problem.hpp"
+#include "core/multistart.hpp"
 #include "core/proof.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
+#include "linalg/library_lock.hpp"
 
 namespace ipminmax {
 namespace {
@@ -176,6 +178,17 @@ TEST(RobustThreads, TellTheListenerOneAtATimeAndNothingAfterHisStop) {
     EXPECT_EQ(told, most);
     EXPECT_FALSE(is_success(result.status) && result.over_y.finished);
   }
+}
+
+TEST(RobustThreads, DoNotWaitForALockOfTheirCaller) {
+  const LibraryLock lock;  // as inside a solve of Ipopt, whose model solves
+  AutodiffProblem model(Rows{}, data_of_rows());
+  SolverOptions one = with_threads(1), several = with_threads(2);
+  one.linear_solver = several.linear_solver = LinearSolver::Mumps;
+  expect_same(solve(model, one), solve(model, several));
+  several.minmax_starts = 5;
+  const ProblemFactory make = [&] { return model.clone(); };
+  EXPECT_EQ(multistart(make, 2, several).starts, 5);
 }
 
 TEST(RobustThreads, KeepToTheNumberOfFactorizations) {

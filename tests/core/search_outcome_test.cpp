@@ -5,7 +5,7 @@
 #include <support/autodiff_problem.hpp>
 
 #include "core/model/canonical_problem.hpp"
-#include "core/parallel/result_bytes.hpp"
+#include "core/parallel/ranks.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/outcome.hpp"
 
@@ -115,25 +115,25 @@ class FirstOrderTestTest : public ::testing::Test {
 TEST_F(FirstOrderTestTest, AcceptablePointsCountInARow) {
   options.acceptable_iter = 3;
   FirstOrderTest first_order = test();
-  EXPECT_FALSE(first_order.claim(acceptable()));
-  EXPECT_FALSE(first_order.claim(acceptable()));
-  EXPECT_FALSE(first_order.claim(point(1.0)));
-  for (int k = 0; k < 2; ++k) EXPECT_FALSE(first_order.claim(acceptable()));
-  EXPECT_EQ(first_order.claim(acceptable()), Status::SolvedToAcceptableLevel);
+  EXPECT_FALSE(first_order.passed(acceptable()));
+  EXPECT_FALSE(first_order.passed(acceptable()));
+  EXPECT_FALSE(first_order.passed(point(1.0)));
+  for (int k = 0; k < 2; ++k) EXPECT_FALSE(first_order.passed(acceptable()));
+  EXPECT_EQ(first_order.passed(acceptable()), Status::SolvedToAcceptableLevel);
   first_order.begin_anew();
-  EXPECT_FALSE(first_order.claim(acceptable()));
-  EXPECT_EQ(first_order.claim(point(0.5 * options.tol)), Status::Solved);
+  EXPECT_FALSE(first_order.passed(acceptable()));
+  EXPECT_EQ(first_order.passed(point(0.5 * options.tol)), Status::Solved);
 }
 
 TEST_F(FirstOrderTestTest, AcceptablePointsDoNotCountWhileTheObjectiveChanges) {
   options.acceptable_iter = 1;
   options.acceptable_obj_change_tol = 1e-3;
   FirstOrderTest first_order = test();
-  EXPECT_FALSE(first_order.claim(acceptable(5.0)));
-  EXPECT_FALSE(first_order.claim(acceptable(6.0)));
-  EXPECT_EQ(first_order.claim(acceptable(6.0)), Status::SolvedToAcceptableLevel);
+  EXPECT_FALSE(first_order.passed(acceptable(5.0)));
+  EXPECT_FALSE(first_order.passed(acceptable(6.0)));
+  EXPECT_EQ(first_order.passed(acceptable(6.0)), Status::SolvedToAcceptableLevel);
   options.acceptable_iter = 0;
-  EXPECT_FALSE(test().claim(acceptable(0.0)));
+  EXPECT_FALSE(test().passed(acceptable(0.0)));
 }
 
 }  // namespace

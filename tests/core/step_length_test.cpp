@@ -8,7 +8,7 @@
 #include <support/autodiff_problem.hpp>
 
 #include "core/model/canonical_problem.hpp"
-#include "core/point/step_length.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 namespace {

@@ -16,7 +16,7 @@
 #include "core/certificate/certificate.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
-#include "core/point/residual.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax::testing {
 

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "core/diagnostics/remarks.hpp"
+#include "core/diagnostics/diagnosis.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"

@@ -1,7 +1,8 @@
-#include "core/model/products.hpp"
+#include "core/model/iterate.hpp"
 
 #include <cmath>
 
+#include "core/model/canonical_problem.hpp"
 #include "core/model/indices.hpp"
 
 namespace ipminmax {

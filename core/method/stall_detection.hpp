@@ -21,8 +21,8 @@
 
 namespace ipminmax {
 
-/// What keeps a search for a local minmax from going on.
-enum class Setback : std::uint8_t {
+/// Signs that a search for a local minmax does not go on.
+enum class StallSign : std::uint8_t {
   NoMaximum,    ///< no maximum over y in reach of the inner phase
   OtherBranch,  ///< the maximization ended on a higher branch than the one descended on
   NoProgress,   ///< to and fro between branches, or nearly level ground
@@ -30,16 +30,16 @@ enum class Setback : std::uint8_t {
   NoStep        ///< no step was acceptable
 };
 
-/// How long a search goes on without success.
-class Patience {
-  static constexpr double kClearly = 1e-4;           ///< over 1 + |phi|
-  static constexpr Index kVariablesOfASetback = 10;  ///< each allows one more
+/// Decides how long a search goes on without success.
+class StallDetection {
+  static constexpr double kClearly = 1e-4;        ///< over 1 + |phi|
+  static constexpr Index kVariablesPerSign = 10;  ///< each allows one more
 
  public:
   /// rows: of K.
-  Patience(Index variables, Index rows)
-      : allowed_(parameters::kFewestSetbacks +
-                 (rows > parameters::kSmallSystem ? 0 : variables / kVariablesOfASetback)) {}
+  StallDetection(Index variables, Index rows)
+      : allowed_(parameters::kFewestStallSigns +
+                 (rows > parameters::kSmallSystem ? 0 : variables / kVariablesPerSign)) {}
   /// Why a search is given up.
   struct End {
     Status status;
@@ -52,11 +52,11 @@ class Patience {
     stale_steps_ = 0;
   }
 
-  [[nodiscard]] std::optional<End> set_back(Setback kind) {
+  [[nodiscard]] std::optional<End> count(StallSign kind) {
     ++counts_[static_cast<std::size_t>(kind)];
-    const Index setbacks = std::accumulate(counts_.begin(), counts_.end(), Index{0});
-    if (setbacks <= allowed_) return std::nullopt;
-    if (2 * inner_unbounded_ > setbacks) {
+    const Index signs = std::accumulate(counts_.begin(), counts_.end(), Index{0});
+    if (signs <= allowed_) return std::nullopt;
+    if (2 * inner_unbounded_ > signs) {
       return End{Status::InnerUnbounded, "the maximization over y looks unbounded"};
     }
     return End{
@@ -67,7 +67,7 @@ class Patience {
   /// No inner maximum was found; y_ran_away: because y did.
   [[nodiscard]] std::optional<End> inner_phase_failed(bool y_ran_away) {
     inner_unbounded_ += y_ran_away ? 1 : 0;
-    return set_back(Setback::NoMaximum);
+    return count(StallSign::NoMaximum);
   }
 
   /// A value found above its estimate is another branch's: the name of the next lack of progress.
@@ -75,7 +75,7 @@ class Patience {
     jumped_ = jumped_ || found > estimate + kClearly * (1.0 + std::abs(found));
   }
 
-  /// A setback where neither violation nor value has improved for some steps.
+  /// A sign where neither violation nor value has improved for some steps.
   [[nodiscard]] std::optional<End> check_progress(const Merit& now) {
     // To and fro over a kink of phi, where neither branch leads on.
     const bool better = now.theta < parameters::kProgress * best_.theta ||
@@ -90,12 +90,12 @@ class Patience {
     constexpr int kStaleSteps = 3;
     if (++stale_steps_ < kStaleSteps) return std::nullopt;
     stale_steps_ = 0;
-    return set_back(std::exchange(jumped_, false) ? Setback::OtherBranch : Setback::NoProgress);
+    return count(std::exchange(jumped_, false) ? StallSign::OtherBranch : StallSign::NoProgress);
   }
 
-  /// "no maximum over y was found (3 times), ...", with the Min variables of the last setback.
-  [[nodiscard]] std::string describe_setbacks(const CanonicalProblem& canonical,
-                                              const Eigen::VectorXd& v) const {
+  /// "no maximum over y was found (3 times), ...", with the Min variables of the last sign.
+  [[nodiscard]] std::string describe_signs(const CanonicalProblem& canonical,
+                                           const Eigen::VectorXd& v) const {
     constexpr std::array<std::string_view, 5> kTexts = {
         "no maximum over y was found", "another y became the higher maximum", "x moved to and fro",
         "the constraints were not met", "no step was acceptable"};
@@ -116,7 +116,7 @@ class Patience {
 
  private:
   Index allowed_;
-  std::array<Index, 5> counts_{};  ///< of the setbacks, by kind
+  std::array<Index, 5> counts_{};  ///< of the signs, by kind
   Index inner_unbounded_ = 0;      ///< inner phases in which y ran away
   Merit best_{1e300, 1e300};       ///< least violation and value at this mu
   Index stale_steps_ = 0;          ///< in a row that improved neither
