@@ -176,7 +176,7 @@ Found solve_by_cutting_sets(Problem& model, const std::vector<double>& start, do
   Maximizer maximizer(counted, found);
   IpoptMinimizer ipopt(kTolerance);
   Budget budget{ipminmax::SolverOptions{}};
-  std::vector<RobustCopies::WorstCase> scenarios;
+  ipminmax::WorstCases scenarios;
   std::vector<double> v = start;
   for (const Index row : rows) {
     const auto worst = maximizer.maximize(row, v, kStarts, seconds);

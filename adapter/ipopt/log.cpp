@@ -352,8 +352,8 @@ std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index
   }
   RobustScope scope = RobustScopes(with_f).of(constraint);
   std::erase_if(scope.variables, [&](Index i) {
-    return std::ranges::binary_search(scope.followers, i) ||
-           std::ranges::binary_search(scope.idle, i);
+    return std::ranges::binary_search(scope.dependent, i) ||
+           std::ranges::binary_search(scope.irrelevant, i);
   });
   return std::move(scope.variables);
 }

@@ -9,7 +9,6 @@
 
 #include "core/diagnostics/derivative_test.hpp"
 #include "core/diagnostics/diagnosis.hpp"
-#include "core/global/choice.hpp"
 #include "core/global/over_y.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/compare.hpp"
@@ -25,27 +24,18 @@
 namespace ipminmax {
 namespace {
 
-/// Numbers that witnesses may take: 80 MB.
-constexpr std::size_t kMostKeptNumbers = 10'000'000;
 /// Points of y's box that show the range of a function beside the witnesses.
 constexpr int kSamples = 4;
 /// Units of bound_relax_factor, beside the range of a robust row, that its solve may use: rows are
 /// solved in units in which their bounds are no larger than that (row_units.hpp).
 constexpr double kRelaxations = 16.0;
 
-/// f and the constraints at the answer's x with one y.
-struct Look {
-  std::vector<double> v, g;
-  double f = kNaN;
-};
+/// The functions at the answer's x with one y.
+struct ValuesAtY {
+  std::vector<double> v, g;  ///< g: the constraints, then f
 
-/// The ranges of variables that moved from the model's start to v, which may have gone to zero.
-VariableRanges moves_from_start(Problem& model, const std::vector<double>& v) {
-  VariableRanges sizes(model.structure());
-  sizes.see(v);
-  if (const auto start = model_start(model)) sizes.see(*start);
-  return sizes;
-}
+  double f() const { return g.back(); }
+};
 
 /// What the bound is relaxed by that a value exceeds.
 double relaxation_where_exceeded(double value, double lower, double upper,
@@ -53,62 +43,205 @@ double relaxation_where_exceeded(double value, double lower, double upper,
   return relaxation(value > upper ? upper : lower, upper - lower, options);
 }
 
-/// What the witnesses say of the functions at one x.
-class Hearing {
- public:
-  Hearing(Problem& model, const SolverOptions& options, const Result& result, Counts& counts)
+/// The functions at the answer's x, and their ranges over y.
+class FunctionsAtAnswer {
+ protected:
+  FunctionsAtAnswer(Problem& model, const SolverOptions& options, const Result& result,
+                    Counts& counts)
       : model_(model),
         s_(model.structure()),
         options_(options),
         counts_(counts),
-        here_{result.v, result.constraints, result.objective},
-        scale_of_f_(std::abs(result.objective_scale)),
-        of_min_(variables_of(s_, Player::Min)),
-        of_max_(variables_of(s_, Player::Max)),
+        m_(s_.constraint_players.size()),
+        here_{result.v, result.constraints},
         moves_(moves_from_start(model, result.v)),
-        ranges_(s_.constraint_players.size()) {
-    here_.g.resize(ranges_.size(), kNaN);
+        ranges_(m_ + 1) {
+    here_.g.resize(m_, kNaN);
+    here_.g.push_back(result.objective);
     see(here_);
-    std::mt19937_64 random(20220411);
-    for (int k = 0; k < kSamples; ++k) {
-      std::vector<double> y = max_part(s_, here_.v);
-      for (const auto i : indices(of_max_)) {
-        const std::size_t own = of_max_[i];
-        const SampledRange box{s_.variable_lower[own], s_.variable_upper[own]};
-        if (is_boxed(own)) y[i] = box.draw(random);
+  }
+
+  /// How far a solve moved a variable, as a function of its index.
+  auto moved() const {
+    return [this](std::size_t i) { return moves_.moved(i); };
+  }
+
+  /// v: n values.
+  std::optional<ValuesAtY> evaluate(const std::vector<double>& v) {
+    ValuesAtY seen{v, here_.g};
+    ++counts_.objective;
+    if (!model_.objective(v, true, seen.g.back())) seen.g.back() = kNaN;
+    if (m_ > 0) {
+      ++counts_.constraints;
+      if (!model_.constraint_rows(rows_that_change(v), v, false, rows_of(seen))) {
+        look_for_undefined(v);
+        return {};
       }
-      if (const auto v = answer_with(y); !v.empty()) static_cast<void>(look(v));
+    }
+    see(seen);
+    return seen;
+  }
+
+  /// What the functions change by at the answer as each Min variable moves by its size.
+  void measure_changes_by_min() {
+    std::vector<double> gradient(here_.v.size());
+    jacobian_.resize(s_.jacobian.size());
+    ++counts_.gradient;
+    ++counts_.jacobian;
+    if (!model_.gradient(here_.v, true, gradient) || !model_.jacobian(here_.v, false, jacobian_))
+      return;
+    changes_ = changes_by_min(s_, jacobian_, moved());
+    // No samples show what a variable without bounds can do, and witnesses may be few.
+    for (std::size_t k = 0; k < jacobian_.size(); ++k) {
+      const auto [row, col] = s_.jacobian[k];
+      if (s_.variable_players[at(col)] != Player::Max) continue;
+      const double own = here_.g[at(row)], width = moves_.of(at(col));
+      if (width < kUnbounded) ranges_[at(row)].see(own - std::abs(jacobian_[k]) * width);
+      if (!is_boxed(at(col))) ranges_[at(row)].see(own - changes_[at(row)]);
+    }
+    changes_.push_back(change_by_min(s_, gradient, moved()));
+  }
+
+  /// The same of one constraint, also through explicit equations of Max: by the chain rule,
+  /// backwards.
+  void measure_change_by_equations(std::size_t j) {
+    if (changes_.empty() || follows_->empty()) return;
+    std::vector<double> slopes(here_.v.size(), 0.0);
+    const auto entries = entries_of_rows(s_);
+    for (const std::size_t k : entries[j]) slopes[at(s_.jacobian[k].col)] += jacobian_[k];
+    for (auto equation = follows_->rbegin(); equation != follows_->rend(); ++equation) {
+      const auto [row, variable] = *equation;
+      double own = 0.0;
+      const double slope = std::exchange(slopes[at(variable)], 0.0);
+      if (slope == 0.0) continue;
+      for (const std::size_t k : entries[at(row)])
+        own += s_.jacobian[k].col == variable ? jacobian_[k] : 0.0;
+      for (const std::size_t k : entries[at(row)]) {
+        if (s_.jacobian[k].col != variable)
+          slopes[at(s_.jacobian[k].col)] -= slope / own * jacobian_[k];
+      }
+    }
+    ranges_[j].cap = std::max(ranges_[j].cap, change_by_min(s_, slopes, moved()));
+  }
+
+  /// Whether Max's constraints hold, up to the relaxation that they were solved with.
+  bool max_may_choose(const ValuesAtY& seen) const {
+    for (const auto j : indices(s_.constraint_players)) {
+      const double relaxed = options_.bound_relax_factor * ranges_[j].size();
+      if (s_.constraint_players[j] == Player::Max && !holds(j, seen.g[j], options_.tol, relaxed)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  /// Whether a value is within the bounds of constraint j, which may be `wider`, to tol of its
+  /// range.
+  bool holds(std::size_t j, double value, double tol, double wider = 0.0) const {
+    return is_met(value, s_.constraint_lower[j] - wider, s_.constraint_upper[j] + wider, ranges_[j],
+                  tol);
+  }
+
+  bool is_boxed(std::size_t i) const {
+    return s_.variable_lower[i] > options_.nlp_lower_bound_inf &&
+           s_.variable_upper[i] < options_.nlp_upper_bound_inf;
+  }
+
+  std::span<double> rows_of(ValuesAtY& seen) const { return std::span(seen.g).first(m_); }
+
+  Problem& model_;
+  const ProblemStructure& s_;
+  const SolverOptions& options_;
+  Counts& counts_;
+  std::size_t m_;                   ///< constraints
+  ValuesAtY here_;                  ///< the answer; NaN where a constraint is not known
+  VariableRanges moves_;            ///< of variables, from the model's start to the answer
+  std::vector<ValueRange> ranges_;  ///< of each function
+  std::vector<double> changes_;     ///< of each function by x; empty: not known
+  std::optional<RobustWorstCase> undefined_;
+  std::optional<ExplicitEquations> follows_;
+
+ private:
+  /// Keeps the first y at which a robust constraint is undefined or infinite, also beside it in Y:
+  /// at a bound of y its limit may be what counts, as of y log(y).
+  void look_for_undefined(std::vector<double> v) {
+    constexpr double kBeside = 1e-3;  // of the way to the answer's y
+    if (undefined_) return;
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] += kBeside * (here_.v[i] - v[i]);
+    // A model may write what is defined and say that not all is.
+    ValuesAtY beside{v, std::vector<double>(m_ + 1, kNaN)};
+    ++counts_.constraints;
+    static_cast<void>(model_.constraint_rows(numbers_below(m_), v, true, rows_of(beside)));
+    if (!max_may_choose(beside)) return;
+    for (const Index row : robust_constraints(s_)) {
+      if (undefined_ || std::isfinite(beside.g[at(row)])) continue;
+      undefined_ = {.constraint = row, .v = v, .value = kNaN, .active = true};
+    }
+  }
+
+  /// Other constraints have the values that they have at the answer, where these are known.
+  std::vector<Index> rows_that_change(const std::vector<double>& v) {
+    std::vector<bool> changes(m_, !all_finite(rows_of(here_)));
+    for (const auto& [row, col] : s_.jacobian) {
+      if (v[at(col)] != here_.v[at(col)]) changes[at(row)] = true;
+    }
+    return marked(changes);
+  }
+
+  void see(const ValuesAtY& seen) {
+    for (const auto j : indices(ranges_)) ranges_[j].see(seen.g[j]);
+  }
+
+  std::vector<double> jacobian_;  ///< at the answer
+};
+
+/// What the witnesses say of the functions at the answer's x.
+class WitnessTest : FunctionsAtAnswer {
+ public:
+  WitnessTest(Problem& model, const SolverOptions& options, const Result& result, Counts& counts)
+      : FunctionsAtAnswer(model, options, result, counts),
+        scale_of_f_(std::abs(result.objective_scale)),
+        of_max_(variables_of(s_, Player::Max)) {
+    std::mt19937_64 random(20220411);
+    std::vector<double> y = max_part(s_, here_.v);
+    for (int k = 0; k < kSamples; ++k) {
+      for (const auto i : indices(y)) {
+        const SampledRange box{s_.variable_lower[of_max_[i]], s_.variable_upper[of_max_[i]]};
+        if (is_boxed(of_max_[i])) y[i] = box.draw(random);
+      }
+      if (const auto v = answer_with(y); !v.empty()) evaluate(v);
     }
     measure_changes_by_min();
   }
 
   /// starts: show the ranges of the functions, and refute nothing.
-  void hear(const Points& witnesses, const Points& starts) {
-    for (const std::vector<double>& v : distinct(starts, options_.minmax_distinct_tol))
-      static_cast<void>(look(v));
-    for (const std::vector<double>& v : distinct(witnesses, options_.bound_relax_factor)) {
-      if (auto seen = look(v)) looks_.push_back(std::move(*seen));
+  void add(const Points& witnesses, const Points& starts) {
+    for (const auto& v : distinct(starts, options_.minmax_distinct_tol)) evaluate(v);
+    for (const auto& v : distinct(witnesses, options_.bound_relax_factor)) {
+      if (auto seen = evaluate(v)) seen_.push_back(std::move(*seen));
     }
-    std::erase_if(looks_, [&](const Look& seen) { return !max_may_choose(seen); });
+    std::erase_if(seen_, [&](const ValuesAtY& seen) { return !max_may_choose(seen); });
     cap_ranges();
   }
 
   /// The y with the largest f, where that exceeds the answer's by tol of its range, and by what the
   /// error of x does not explain; null: there is none.
-  [[nodiscard]] const Look* higher(double tol) {
-    const Look* worst = nullptr;
-    for (const Look& seen : looks_) {
-      if (std::isfinite(seen.f) && (worst == nullptr || seen.f > worst->f)) worst = &seen;
+  const ValuesAtY* higher(double tol) {
+    const ValuesAtY* worst = nullptr;
+    for (const ValuesAtY& seen : seen_) {
+      if (std::isfinite(seen.f()) && (worst == nullptr || seen.f() > worst->f())) worst = &seen;
     }
-    if (worst == nullptr || !clearly_greater(worst->f, here_.f, range_of_f_, tol)) return nullptr;
+    if (worst == nullptr || !clearly_greater(worst->f(), here_.f(), ranges_.back(), tol))
+      return nullptr;
     counts_.gradient += 2;
     const double explained = change_with_x(model_, here_.v, worst->v, options_.tol);
-    return worst->f - here_.f > explained ? worst : nullptr;
+    return worst->f() - here_.f() > explained ? worst : nullptr;
   }
 
   /// The y that violates a robust constraint most, beside its range; or one where it is undefined.
   /// What follows from y, which is that of the x where it was met, is computed anew.
-  [[nodiscard]] std::optional<RobustWorstCase> violated() {
+  std::optional<RobustWorstCase> violated() {
+    constexpr double kVanishingRange = 1e-300;
     const double tol = options_.minmax_worst_case_tol + kRelaxations * options_.bound_relax_factor;
     std::optional<RobustWorstCase> worst;
     double largest = 0.0;
@@ -117,9 +250,9 @@ class Hearing {
       if (is_missed_at_answer(j))
         worst = {.constraint = row, .v = here_.v, .value = here_.g[j], .active = true};
       bool measured = false;
-      for (const Look& seen : looks_) {
+      for (const ValuesAtY& seen : seen_) {
         if (holds(j, seen.g[j], tol)) continue;
-        const Look here = anew(seen);
+        const ValuesAtY here = anew(seen);
         if (!std::exchange(measured, true)) measure_change_by_equations(j);
         const double beside =
             excess_of_row(s_, j, here.g[j]) / std::max(ranges_[j].size(), kVanishingRange);
@@ -132,10 +265,8 @@ class Hearing {
   }
 
  private:
-  static constexpr double kVanishingRange = 1e-300;
-
   /// Whether the answer's own y violates a row by what no tolerance of its solve explains.
-  [[nodiscard]] bool is_missed_at_answer(std::size_t j) const {
+  bool is_missed_at_answer(std::size_t j) const {
     constexpr double kNoTolerance = 1e-6;  // of the row's range, or of what x can change
     return excess_of_row(s_, j, here_.g[j]) >
            kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
@@ -143,15 +274,8 @@ class Hearing {
                                                s_.constraint_upper[j], options_);
   }
 
-  /// Whether a value is within the bounds of constraint j, which may be `wider`, to tol of its
-  /// range.
-  [[nodiscard]] bool holds(std::size_t j, double value, double tol, double wider = 0.0) const {
-    return is_met(value, s_.constraint_lower[j] - wider, s_.constraint_upper[j] + wider, ranges_[j],
-                  tol);
-  }
-
   /// The answer with another y, Max's variables, cut by the bounds; empty: it is the answer's.
-  [[nodiscard]] std::vector<double> answer_with(const std::vector<double>& y) const {
+  std::vector<double> answer_with(const std::vector<double>& y) const {
     std::vector<double> v = here_.v;
     for (const auto k : indices(of_max_)) {
       const std::size_t i = of_max_[k];
@@ -162,10 +286,10 @@ class Hearing {
 
   /// Of y that are equal up to tol of the ranges the first, as far as sorting brings them together:
   /// maximizations of many constraints end at the same ones.
-  [[nodiscard]] Points distinct(const Points& all, double tol) const {
+  Points distinct(const Points& all, double tol) const {
     VariableRanges ranges(s_);
     Points points;
-    for (const std::vector<double>& y : all) {
+    for (const auto& y : all) {
       if (auto v = answer_with(y); !v.empty()) points.push_back(std::move(v));
       if (!points.empty()) ranges.see(points.back());
     }
@@ -183,169 +307,31 @@ class Hearing {
   }
 
   /// With the variables that follow from y by explicit equations at the answer's x.
-  [[nodiscard]] Look anew(const Look& seen) {
+  ValuesAtY anew(const ValuesAtY& seen) {
     if (!follows_) follows_ = RobustScopes(s_, linear_entries(model_, here_.v, counts_)).follows();
-    Look here = seen;
+    ValuesAtY here = seen;
     if (follows_->empty() || !complete(model_, *follows_, here.v)) return seen;
     ++counts_.constraints;
-    return model_.constraints(here.v, true, here.g) ? here : seen;
-  }
-
-  /// v: n values.
-  [[nodiscard]] std::optional<Look> look(const std::vector<double>& v) {
-    Look seen{.v = v, .g = here_.g};
-    ++counts_.objective;
-    if (!model_.objective(v, true, seen.f)) seen.f = kNaN;
-    if (!ranges_.empty()) {
-      ++counts_.constraints;
-      if (!model_.constraint_rows(rows_that_change(v), v, false, seen.g)) {
-        look_for_undefined(v);
-        return {};
-      }
-    }
-    see(seen);
-    return seen;
-  }
-
-  /// Keeps the first y at which a robust constraint is undefined or infinite, also beside it in Y:
-  /// at a bound of y its limit may be what counts, as of y log(y).
-  void look_for_undefined(std::vector<double> v) {
-    constexpr double kBeside = 1e-3;  // of the way to the answer's y
-    if (undefined_) return;
-    for (std::size_t i = 0; i < v.size(); ++i) v[i] += kBeside * (here_.v[i] - v[i]);
-    // A model may write what is defined and say that not all is.
-    Look beside{.v = v, .g = std::vector<double>(ranges_.size(), kNaN)};
-    ++counts_.constraints;
-    static_cast<void>(model_.constraint_rows(numbers_below(ranges_.size()), v, true, beside.g));
-    if (!max_may_choose(beside)) return;
-    for (const Index row : robust_constraints(s_)) {
-      if (undefined_ || std::isfinite(beside.g[at(row)])) continue;
-      undefined_ = {.constraint = row, .v = v, .value = kNaN, .active = true};
-    }
-  }
-
-  /// Other constraints have the values that they have at the answer, where these are known.
-  [[nodiscard]] std::vector<Index> rows_that_change(const std::vector<double>& v) const {
-    std::vector<bool> changes(ranges_.size(), !all_finite(here_.g));
-    for (const auto& [row, col] : s_.jacobian) {
-      if (v[at(col)] != here_.v[at(col)]) changes[at(row)] = true;
-    }
-    return marked(changes);
-  }
-
-  /// Of a function with these slopes, as each Min variable moves by its size.
-  [[nodiscard]] double change_by_min(const std::vector<double>& slopes) const {
-    double change = 0.0;
-    for (const std::size_t i : of_min_) change += std::abs(slopes[i]) * moves_.moved(i);
-    return change;
-  }
-
-  /// What f and the constraints change by at the answer as each Min variable moves by its size.
-  void measure_changes_by_min() {
-    std::vector<double> gradient(here_.v.size());
-    jacobian_.resize(s_.jacobian.size());
-    ++counts_.gradient;
-    ++counts_.jacobian;
-    if (!model_.gradient(here_.v, true, gradient) || !model_.jacobian(here_.v, false, jacobian_))
-      return;
-    changes_are_known_ = true;
-    change_of_f_ = change_by_min(gradient);
-    changes_.assign(ranges_.size(), 0.0);
-    for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-      const auto [row, col] = s_.jacobian[k];
-      const double slope = std::abs(jacobian_[k]);
-      if (s_.variable_players[at(col)] == Player::Min) {
-        changes_[at(row)] += slope * moves_.moved(at(col));
-      } else if (moves_.of(at(col)) < kUnbounded) {
-        ranges_[at(row)].see(here_.g[at(row)] - slope * moves_.of(at(col)));
-      }
-    }
-    // No samples show what a variable without bounds can do, and witnesses may be few.
-    for (const auto& [row, col] : s_.jacobian) {
-      if (s_.variable_players[at(col)] == Player::Max && !is_boxed(at(col)))
-        ranges_[at(row)].see(here_.g[at(row)] - changes_[at(row)]);
-    }
-  }
-
-  /// The same of one constraint, also through explicit equations of Max: by the chain rule,
-  /// backwards.
-  void measure_change_by_equations(std::size_t j) {
-    if (!changes_are_known_ || follows_->empty()) return;
-    std::vector<double> slopes(here_.v.size(), 0.0);
-    const auto entries = entries_of_rows(s_);
-    for (const std::size_t k : entries[j]) slopes[at(s_.jacobian[k].col)] += jacobian_[k];
-    for (auto equation = follows_->rbegin(); equation != follows_->rend(); ++equation) {
-      const auto [row, variable] = *equation;
-      double own = 0.0;
-      const double slope = std::exchange(slopes[at(variable)], 0.0);
-      if (slope == 0.0) continue;
-      for (const std::size_t k : entries[at(row)])
-        own += s_.jacobian[k].col == variable ? jacobian_[k] : 0.0;
-      for (const std::size_t k : entries[at(row)]) {
-        if (s_.jacobian[k].col != variable)
-          slopes[at(s_.jacobian[k].col)] -= slope / own * jacobian_[k];
-      }
-    }
-    ranges_[j].cap = std::max(ranges_[j].cap, change_by_min(slopes));
+    return model_.constraints(here.v, true, rows_of(here)) ? here : seen;
   }
 
   /// To what matters at the answer: what x can change there, or, where it changes nothing, how
   /// witnesses differ, some of which may be far away; and what a solve leaves undecided.
   void cap_ranges() {
-    if (!changes_are_known_) return;
-    ValueRange f;
-    f.see(here_.f);
-    std::vector<ValueRange> g(ranges_.size());
-    for (const Look& seen : looks_) {
-      f.see(seen.f);
-      for (std::size_t j = 0; j < g.size(); ++j) g[j].see(seen.g[j]);
-    }
-    const auto cap = [](double change, const ValueRange& seen, double least) {
-      return std::max(change > 0.0 ? change : seen.size(), least);
-    };
+    if (changes_.empty()) return;
     const double least = options_.tol / options_.minmax_worst_case_tol;
-    range_of_f_.cap = cap(change_of_f_, f, least / scale_of_f_);
-    for (std::size_t j = 0; j < g.size(); ++j) ranges_[j].cap = cap(changes_[j], g[j], least);
-  }
-
-  [[nodiscard]] bool is_boxed(std::size_t i) const {
-    return s_.variable_lower[i] > options_.nlp_lower_bound_inf &&
-           s_.variable_upper[i] < options_.nlp_upper_bound_inf;
-  }
-
-  void see(const Look& seen) {
-    range_of_f_.see(seen.f);
-    for (const auto j : indices(ranges_)) ranges_[j].see(seen.g[j]);
-  }
-
-  /// Whether Max's constraints hold, up to the relaxation that they were solved with.
-  [[nodiscard]] bool max_may_choose(const Look& seen) const {
-    for (const auto j : indices(seen.g)) {
-      const double relaxed = options_.bound_relax_factor * ranges_[j].size();
-      if (s_.constraint_players[j] == Player::Max && !holds(j, seen.g[j], options_.tol, relaxed)) {
-        return false;
-      }
+    for (std::size_t j = 0; j <= m_; ++j) {
+      ValueRange seen;
+      if (j == m_) seen.see(here_.f());
+      for (const ValuesAtY& one : seen_) seen.see(one.g[j]);
+      ranges_[j].cap = std::max(changes_[j] > 0.0 ? changes_[j] : seen.size(),
+                                j == m_ ? least / scale_of_f_ : least);
     }
-    return true;
   }
 
-  Problem& model_;
-  const ProblemStructure& s_;
-  const SolverOptions& options_;
-  Counts& counts_;
-  Look here_;  ///< the answer; NaN where a constraint is not known
   double scale_of_f_;
-  std::vector<std::size_t> of_min_, of_max_;  ///< variables
-  VariableRanges moves_;  ///< as they moved from the model's start to the answer
-  ValueRange range_of_f_;
-  std::vector<ValueRange> ranges_;  ///< m
-  bool changes_are_known_ = false;
-  double change_of_f_ = 0.0;
-  std::vector<double> changes_;   ///< m
-  std::vector<double> jacobian_;  ///< at the answer
-  std::vector<Look> looks_;
-  std::optional<RobustWorstCase> undefined_;
-  std::optional<std::vector<RobustScope::Explicit>> follows_;
+  std::vector<std::size_t> of_max_;  ///< variables
+  std::vector<ValuesAtY> seen_;
 };
 
 /// Of its range: by what f must be exceeded.
@@ -362,10 +348,10 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
   if (!claims || result.v.size() != s.variable_players.size() || !all_finite(result.v)) return;
   const Points known = witnesses.all();
   if (known.empty()) return;
-  Hearing hearing(model, options, result, counts);
-  hearing.hear(known, witnesses.starts());
+  WitnessTest test(model, options, result, counts);
+  test.add(known, witnesses.starts());
   if (options.minmax_robust_constraints) {
-    if (auto violated = hearing.violated()) {
+    if (auto violated = test.violated()) {
       result.over_y.better_known = true;
       result.worst_cases.push_back(std::move(*violated));
     }
@@ -375,10 +361,10 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
       !std::isfinite(result.objective)) {
     return;
   }
-  const Look* higher = hearing.higher(tolerance_of_f(options));
+  const ValuesAtY* higher = test.higher(tolerance_of_f(options));
   if (higher == nullptr) return;
   WorstCase& worst = result.worst_case;
-  worst.value = higher->f;
+  worst.value = higher->f();
   worst.v = higher->v;
   worst.y = max_part(s, worst.v);
   worst.higher = true;
@@ -417,21 +403,22 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
   sizes.see(result.v);
   const std::vector<std::size_t> of_max = variables_of(s, Player::Max);
   const std::vector<double> own = max_part(s, result.v);
-  const Hearing here(model, options, result, counts);
+  const WitnessTest here(model, options, result, counts);
   for (std::size_t k = 0; k < std::min(of_max.size(), kMostVariables); ++k) {
     // What goes back from a relaxed bound changes f by that.
     constexpr double kFarBesideRelaxation = 16.0;
-    const double least = kFarBesideRelaxation *
-                         excess(own[k], s.variable_lower[of_max[k]], s.variable_upper[of_max[k]]);
+    const std::size_t i = of_max[k];
+    const double least =
+        kFarBesideRelaxation * excess(own[k], s.variable_lower[i], s.variable_upper[i]);
     for (const double sign : {-1.0, 1.0}) {
       const auto rises_by = [&](double step, double tol) -> double {
-        if (step * sizes.of(of_max[k]) < least) return 0.0;
+        if (step * sizes.of(i) < least) return 0.0;
         std::vector<double> y = own;
-        y[k] += sign * step * sizes.of(of_max[k]);
-        Hearing hearing = here;
-        hearing.hear({y}, {});
-        const auto* higher = hearing.higher(tol);
-        return higher != nullptr ? higher->f - result.objective : 0.0;
+        y[k] += sign * step * sizes.of(i);
+        WitnessTest beside = here;
+        beside.add({y}, {});
+        const auto* higher = beside.higher(tol);
+        return higher != nullptr ? higher->f() - result.objective : 0.0;
       };
       const bool rises = std::ranges::any_of(ways, [&](const Rise& way) {
         const auto before = way.steps.first(way.steps.size() - 1);
@@ -579,64 +566,6 @@ void check_first_derivatives(Problem& problem, const SolverOptions& options, Res
     revoke_test({CertificateReason::Kind::WrongHessian, Player::Max, wrong}, result);
 }
 
-std::string describe_y(const ProblemStructure& s, Index constraint, const std::vector<double>& v) {
-  const RobustScope scope = RobustScopes(s).of(constraint);
-  std::string text;
-  constexpr int kMostNames = 6;
-  int said = 0;
-  for (const Index i : scope.variables) {
-    if (std::ranges::binary_search(scope.followers, i) ||
-        s.variable_lower[at(i)] == s.variable_upper[at(i)]) {
-      continue;
-    }
-    if (said++ == kMostNames) return text + ", ...";
-    text += (said > 1 ? ", " : "") + variable_name(s, i) + " = " + number_text(v[at(i)], 6);
-  }
-  return text;
-}
-
-double change_with_x(Problem& model, const std::vector<double>& v, const std::vector<double>& other,
-                     double tol) {
-  constexpr double kLeastAccurate = 1e-4;  // of x's sizes, where f is small beside the tolerance
-  std::vector<double> at_v(v.size()), at_other(v.size());
-  if (!model.gradient(v, true, at_v) || !model.gradient(other, true, at_other)) return 0.0;
-  const VariableRanges sizes = moves_from_start(model, v);
-  double change = 0.0;
-  for (const std::size_t i : variables_of(model.structure(), Player::Min))
-    change += std::abs(at_v[i] - at_other[i]) * sizes.of(i);
-  // tol is absolute in f: x is as accurate as that allows.
-  const double accuracy = std::clamp(tol / change, tol, std::max(tol, kLeastAccurate));
-  return change > 0.0 && std::isfinite(change) ? accuracy * change : 0.0;
-}
-
-Witnesses::Witnesses(const ProblemStructure& structure)
-    : max_variables_(variables_of(structure, Player::Max)),
-      most_(kMostKeptNumbers / std::max<std::size_t>(1, max_variables_.size())) {}
-
-void Witnesses::add(std::span<const double> v, List& list) try {
-  if (max_variables_.empty() || most_ == 0 || v.size() <= max_variables_.back()) return;
-  std::vector<double> y;
-  y.reserve(max_variables_.size());
-  for (const std::size_t i : max_variables_) y.push_back(v[i]);
-  if (all_finite(y)) keep(std::move(y), list);
-} catch (const std::bad_alloc&) {  // one witness less
-}
-
-void Witnesses::add(const Witnesses& others) try {
-  for (const std::vector<double>& y : others.met_.kept) keep(y, met_);
-  for (const std::vector<double>& y : others.starts_.kept) keep(y, starts_);
-} catch (const std::bad_alloc&) {  // some less
-}
-
-void Witnesses::keep(std::vector<double> y, List& list) {
-  const std::lock_guard lock(mutex_);
-  if (list.kept.size() < most_) {
-    list.kept.push_back(std::move(y));
-  } else {
-    list.kept[list.next++ % most_] = std::move(y);
-  }
-}
-
 namespace {
 
 /// Every function has its proof, and none says that there is no y.
@@ -711,6 +640,33 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
 }
 
 }  // namespace
+
+bool stands(const Result& result) {
+  const SearchOverY& y = result.over_y;
+  return y.finished && !y.better_known && result.over_x.made >= result.over_x.asked;
+}
+
+Rank rank_of(const Result& result) {
+  // NaN would break the order.
+  const auto number = [](double value) { return std::isnan(value) ? kInfinity : value; };
+  const Certificate& found = result.certificate;
+  // With a negative factor Min maximizes.
+  const double objective = result.objective_scale < 0.0 ? -result.objective : result.objective;
+  if (result.v.empty()) return {7, 0, 0.0};
+  if (found.kind == PointKind::LocalMinmax && stands(result)) return {1, 0, number(objective)};
+  if (found.second_order == SecondOrder::Violated) return {5, 0, number(result.error.total)};
+  if (is_success(result.status) && stands(result)) {
+    return {2, found.inner == found.inner_expected ? 0 : 1, number(objective)};
+  }
+  if (found.kind == PointKind::InfeasiblePoint) return {6, 0, number(result.error.primal)};
+  if (found.second_order == SecondOrder::Satisfied) {
+    if (result.worst_case.higher) return {3, 0, number(result.worst_case.value)};
+    return {3, 1, number(result.over_y.largest_violation)};
+  }
+  return {4, 0, number(result.error.total)};
+}
+
+bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); }
 
 void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses, Budget& budget,
            Result& result, Counts& counts) {

@@ -1,65 +1,27 @@
 #pragma once
 
-#include <mutex>
-#include <span>
-#include <string>
-#include <vector>
+#include <tuple>
 
-#include "core/global/points.hpp"
+#include "core/global/witnesses.hpp"
 #include "core/model/budget.hpp"
+#include "core/multistart.hpp"
 #include "core/options.hpp"
-#include "core/problem.hpp"
-#include "core/result.hpp"
 
+// One order of answers, and the last word on each.
 namespace ipminmax {
 
-/// The y that any part of a solve has met. Each may refute an answer. Threads may add at once.
-class Witnesses {
- public:
-  Witnesses() = default;  ///< of none
-  explicit Witnesses(const ProblemStructure& structure);
-  /// v: n values or more, of which Max's are kept, if there is memory for them.
-  void add(std::span<const double> v) { add(v, met_); }
-  /// The y of a result and of its worst cases.
-  void add(const Result& result) {
-    add(result.v);
-    add(result.worst_case.v);
-    for (const RobustWorstCase& worst : result.worst_cases) add(worst.v);
-  }
-  /// All of another list, of the same model.
-  void add(const Witnesses& others);
-  /// Where a maximization began: it shows the range of a function, and refutes nothing.
-  void add_start(std::span<const double> v) { add(v, starts_); }
-  /// Of each the values of Max's variables, in their order.
-  [[nodiscard]] Points all() const { return copy_of(met_); }
-  [[nodiscard]] Points starts() const { return copy_of(starts_); }
+/// Rank of a result in better(): lexicographic, smaller is better.
+using Rank = std::tuple<int, int, double>;
 
- private:
-  std::vector<std::size_t> max_variables_;
-  std::size_t most_ = 0;  ///< that are kept, the last ones
-  struct List {
-    Points kept{};
-    std::size_t next = 0;
-  };
-  void add(std::span<const double> v, List& list);
-  void keep(std::vector<double> y, List& list);
-  [[nodiscard]] Points copy_of(const List& list) const {
-    const std::lock_guard lock(mutex_);
-    return list.kept;
-  }
+[[nodiscard]] Rank rank_of(const Result& result);
 
-  mutable std::mutex mutex_;
-  List met_, starts_;
-};
+[[nodiscard]] inline bool is_certified(const Result& result) {
+  return result.certificate.kind == PointKind::LocalMinmax;
+}
 
-/// "name = value, ..." of what a constraint's worst case chooses. v: n.
-[[nodiscard]] std::string describe_y(const ProblemStructure& s, Index constraint,
-                                     const std::vector<double>& v);
-
-/// How far the difference of f between two y at the same x may come from the error of x: its change
-/// as each Min variable moves by tol of its size. v, other: n values each.
-[[nodiscard]] double change_with_x(Problem& model, const std::vector<double>& v,
-                                   const std::vector<double>& other, double tol);
+/// Whether nothing is known that speaks against a result's claim: what was asked for was done, and
+/// no y refutes it.
+[[nodiscard]] bool stands(const Result& result);
 
 /// The last word on an answer: the only place that takes back a success or a certificate, and it
 /// grants none. It evaluates the model as the user gave it, at the answer's x with each y of the

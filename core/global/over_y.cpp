@@ -1,16 +1,12 @@
 #include "core/global/over_y.hpp"
 
 #include <cmath>
-#include <functional>
 #include <utility>
 
-#include "core/global/held.hpp"
-#include "core/global/places_over_y.hpp"
+#include "core/global/inner_problem.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/starts.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -22,13 +18,13 @@ constexpr Index kStartsOfRows = 8;
 constexpr Index kMostStartsOfRows = 100;
 constexpr double kUnseenShare = 1e-2;
 /// Of the range of values: what the next maximum may have more where those found are equal.
-constexpr double kMore = 1e-2;
+constexpr double kUnseenExcess = 1e-2;
 /// Searches after which a row is not looked at any longer whose maxima, less than half as many, are
 /// far from the limit: of 9,000 more in 250 random programs none exceeded it.
-constexpr Index kLooksFromAfar = 3;
+constexpr Index kSearchesFromAfar = 3;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
-constexpr Index kOften = 10;
+constexpr Index kFoundOften = 10;
 /// Searches that begin beside a maximum.
 constexpr std::size_t kBeside = 4;
 /// Maxima of one value that searches begin beside.
@@ -45,7 +41,7 @@ struct Beside {
 /// Whether so many maximizations ended at few maxima, far from the limit.
 bool is_far(const MaximaOverY& found, double limit) {
   const auto distinct = static_cast<Index>(found.heights().size());
-  return found.made >= kLooksFromAfar && distinct > 0 && found.made > 2 * distinct &&
+  return found.made >= kSearchesFromAfar && distinct > 0 && found.made > 2 * distinct &&
          !is_near_limit(limit - found.highest(), found.range.size());
 }
 
@@ -58,20 +54,10 @@ bool is_worth_more(const MaximaOverY& found, double limit, Index made) {
   const auto distinct = static_cast<Index>(values.size());
   const double lowest = values.empty() ? kInfinity : std::ranges::min(values);
   const double most = found.highest();
-  const double more = std::max(most - lowest, kMore * found.range.size());
+  const double more = std::max(most - lowest, kUnseenExcess * found.range.size());
   return !found.is_higher(most, limit) && most + more > limit &&
          (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
           distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
-}
-
-/// Empty where the constraints do not hold, or the function is undefined.
-std::optional<double> value_where_feasible(Problem& inner, const SolverOptions& options,
-                                           const std::vector<double>& v, Counts& counts) {
-  double value = 0.0;
-  ++counts.objective;
-  ++counts.constraints;
-  if (is_feasible(inner, options, v) && inner.objective(v, false, value)) return value;
-  return {};
 }
 
 /// Of maxima: a point of a convex Y.
@@ -125,17 +111,13 @@ class MaximizationOverY {
  public:
   /// limit: from which value, and by how much of the range, a maximum is one too many; without it
   /// there are as many starts as are asked for.
-  MaximizationOverY(Problem& inner, const MaximizationContext& context, std::optional<double> limit)
-      : inner_(inner),
-        s_(inner.structure()),
+  MaximizationOverY(Problem& problem, const MaximizationContext& context,
+                    std::optional<double> limit)
+      : inner_(problem, context.options, context.work.counts),
         context_(context),
-        options_(context.options),
         limit_(limit),
-        own_(starting_values(inner)),
-        sampled_(with_bounds_of_rows(inner, own_, context.work.counts)),
-        ranges_(sampled_),
-        y_(s_, options_),
-        has_branches_(y_.equations > 0 && !context.complete) {
+        ranges_(inner_.sampled),
+        has_branches_(inner_.equations > 0 && !context.complete) {
     // x is held: its multipliers, a gradient and a Jacobian more, are not read.
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
@@ -145,21 +127,21 @@ class MaximizationOverY {
     if (context_.complete) found_.range.accuracy = kSolvedTo * options_.tol;
   }
 
-  [[nodiscard]] MaximaOverY run(Index starts, Points given) {
+  MaximaOverY run(Index starts, Points given) {
     if (starts > 1 && !options_.minmax_concave_in_y) {
-      std::vector<double> corner = best_corner();
-      if (corner.empty()) corner = best_corner_held();
-      if (!corner.empty()) given.push_back(std::move(corner));
+      std::vector<double> vertex = best_vertex(inner_);
+      if (vertex.empty()) vertex = best_held_vertex();
+      if (!vertex.empty()) given.push_back(std::move(vertex));
     }
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
-    context_.work.counts += detect_hessian(inner_, options_, structure_);
+    context_.work.counts += detect_hessian(inner_.model, options_, structure_);
     Index start = 0;
     const bool looks_longer = limit_ && may_look_longer(options_);
     const auto may_be_higher = [&] {
       return looks_longer && is_worth_more(found_, *limit_, start);
     };
     const auto goes_on = [&] {
-      const bool may_end = looks_longer && y_.is_connected() && !has_branches_;
+      const bool may_end = looks_longer && inner_.is_connected() && !has_branches_;
       return (start < count && !(may_end && is_far(found_, *limit_))) ||
              (start < kMostStartsOfRows && may_be_higher());
     };
@@ -168,13 +150,12 @@ class MaximizationOverY {
       std::vector<double> v;
       if (!goes_on()) {
         if (std::exchange(is_sampled, true) || is_above_limit(found_.highest())) break;
-        v = higher_sample();
+        v = higher_sample(inner_, kMostStartsOfRows + 1, found_.range, found_.highest());
         if (v.empty()) break;
       }
-      SolverOptions options = options_;
-      if (count > 1) options.minmax_max_restarts = 0;
+      SolverOptions options = count > 1 ? without_restarts(options_) : options_;
       if (start > 0 && v.empty()) {
-        if (own_.empty()) break;
+        if (inner_.start.empty()) break;
         v = at(start) <= given.size() ? given[at(start) - 1] : drawn(start, options);
         if (v.empty()) continue;
       }
@@ -185,11 +166,11 @@ class MaximizationOverY {
     for (const WorstCaseMaximum& maximum : found_.maxima) {
       if (!found_.is_higher(found_.highest(), maximum.value)) often += maximum.found;
     }
-    found_.settled = found_.valueless_corners.empty() &&
-                     (start < kMostStartsOfRows || !may_be_higher() || often >= kOften);
+    found_.conclusive = found_.infeasible_vertices.empty() &&
+                        (start < kMostStartsOfRows || !may_be_higher() || often >= kFoundOften);
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !found_.any_certified() && makes_new_starts(options_)) {
-      static_cast<void>(maximize_from({}, options_));
+      maximize_from({}, options_);
     }
     // A search that failed above all maxima, next to the limit, shows that there is a higher one.
     if (limit_ && found_.is_higher(found_.highest(), highest_maximum_) && !found_.unbounded &&
@@ -199,65 +180,28 @@ class MaximizationOverY {
     fit_range();
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
     const bool proves = context_.proof != nullptr || options_.minmax_worst_case_proof;
-    if (proves && !is_above_limit(found_.highest())) prove(inner_, context_, found_);
+    if (proves && !is_above_limit(found_.highest())) prove(inner_.model, context_, found_);
     found_.single_branch =
         found_.single_branch && found_.maxima.size() == 1 && found_.any_certified();
     return std::move(found_);
   }
 
  private:
-  /// The start with the variables that have two bounds at one: is_upper(k) says whether the k-th is
-  /// at its upper one.
-  template <class IsUpper>
-  [[nodiscard]] std::vector<double> at_corner(const IsUpper& is_upper) const {
-    std::vector<double> v = own_;
-    for (const auto k : indices(y_.boxed)) {
-      const std::size_t i = y_.boxed[k];
-      v[i] = (is_upper(k) ? s_.variable_upper : s_.variable_lower)[i];
-    }
-    return v;
-  }
-
-  /// Corners of the box of y have numbers below this: bit k says at which bound the k-th is.
-  [[nodiscard]] std::size_t corners() const { return std::size_t{1} << y_.boxed.size(); }
-  [[nodiscard]] std::vector<double> corner(std::size_t number) const {
-    return at_corner([&](std::size_t k) { return (number >> k & 1U) != 0; });
-  }
-
-  /// The corner of the box of y with the largest value; empty: y is no box, or of too many
-  /// variables.
-  [[nodiscard]] std::vector<double> best_corner() {
-    constexpr std::size_t kMostOfCorners = 8;
-    std::vector<double> best;
-    if (own_.empty() || y_.boxed.empty() || y_.boxed.size() > kMostOfCorners || !y_.is_box() ||
-        y_.equations > 0 || y_.has_inequalities) {
-      return best;
-    }
-    double highest = -kInfinity;
-    for (std::size_t number = 0; number < corners(); ++number) {
-      std::vector<double> v = corner(number);
-      double f = 0.0;
-      if (!inner_.objective(v, true, f) || !(f > highest)) continue;
-      highest = f;
-      best = std::move(v);
-    }
-    return best;
-  }
-
-  /// Where few variables have two bounds and others follow them by equations, as states do unknown
-  /// parameters: the corner of these with the largest value, by a solve that holds them there for
-  /// each. One that diverges, as on an unstable trajectory, may be worse than all others.
-  [[nodiscard]] std::vector<double> best_corner_held() {
-    if (own_.empty() || y_.boxed.empty() || y_.boxed.size() > kMostHeld || y_.is_box() ||
-        !y_.is_connected())
+  /// If equations determine the states from few variables with two bounds, as from unknown
+  /// parameters: the vertex of these with the largest value, by a solve that holds them there for
+  /// each. A solve that diverges, as on an unstable trajectory, may be worse than all others.
+  std::vector<double> best_held_vertex() {
+    if (inner_.start.empty() || inner_.boxed.empty() || inner_.boxed.size() > kMostHeld ||
+        inner_.is_box() || !inner_.is_connected())
       return {};
-    held_ = y_.boxed;
+    holds_box_ = true;
     std::optional<Result> best;
-    for (std::size_t number = 0; number < corners() && !context_.budget.used_up(); ++number) {
-      const std::vector<double> v = corner(number);
+    for (std::size_t number = 0; number < inner_.vertices() && !context_.budget.used_up();
+         ++number) {
+      const std::vector<double> v = inner_.vertex(number);
       Result result = solve_held(v);
       if (!is_success(result.status)) {
-        found_.valueless_corners.push_back(v);
+        found_.infeasible_vertices.push_back(v);
       } else if (!best || result.objective > best->objective) {
         best = std::move(result);
       }
@@ -268,11 +212,10 @@ class MaximizationOverY {
     return std::move(best->v);
   }
 
-  /// What follows the few variables of v that others follow.
-  [[nodiscard]] Result solve_held(std::vector<double> v) {
-    Held held(inner_, held_, std::move(v));
-    SolverOptions options = options_;
-    options.minmax_max_restarts = 0;
+  /// The states that equations determine from the boxed variables of v.
+  Result solve_held(std::vector<double> v) {
+    Held held(inner_.model, inner_.boxed, std::move(v));
+    SolverOptions options = without_restarts(options_);
     // Full steps meet one stage of explicit dynamics after the other, wherever they begin.
     options.minmax_pure_newton = true;
     Result result = solve_from_start(held, options, context_.budget, observer(), nullptr);
@@ -283,59 +226,40 @@ class MaximizationOverY {
 
   /// First where trajectories are at their worst: what has two bounds all at lower bounds, all at
   /// upper ones, and in turn, for random disturbances cancel along a trajectory and what is worst
-  /// mostly pushes one way. Then a random one, every other one above it,
-  /// unless single variables lead away from Y at once. Empty: what follows diverges.
-  [[nodiscard]] std::vector<double> drawn(Index start, SolverOptions& options) {
-    constexpr std::size_t kCorners = 4;
-    if (held_.empty() && !y_.boxed.empty() && y_.equations > 0 && corners_ < kCorners) {
+  /// mostly pushes one way. Then a random one, every other one above it, unless single variables
+  /// lead away from Y at once. Empty: the states diverge.
+  std::vector<double> drawn(Index start, SolverOptions& options) {
+    constexpr std::size_t kBangBangStarts = 4;
+    if (!holds_box_ && !inner_.boxed.empty() && inner_.equations > 0 &&
+        bang_bang_starts_ < kBangBangStarts) {
       options = staying_near(options);
-      const std::size_t corner = corners_++, step = corner > 1 ? 1 : 0;
-      return at_corner([&](std::size_t k) { return (corner + k * step) % 2 == 1; });
+      const std::size_t first = bang_bang_starts_++, step = first > 1 ? 1 : 0;
+      return inner_.at_bounds([&](std::size_t k) { return (first + k * step) % 2 == 1; });
     }
     const Index number = context_.drawn + start;
-    std::vector<double> v = random_start(sampled_, own_, number, options_);
-    if (!held_.empty() && !(has_branches_ && start % 2 == 0)) {
-      std::vector<double> moved = own_;
-      for (const std::size_t i : held_) moved[i] = v[i];
+    std::vector<double> v = random_start(inner_.sampled, inner_.start, number, options_);
+    const bool is_even = start % 2 == 0;
+    if (holds_box_ && !(has_branches_ && is_even)) {
+      std::vector<double> moved = inner_.start;
+      for (const std::size_t i : inner_.boxed) moved[i] = v[i];
       Result result = solve_held(std::move(moved));
       return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
     }
-    const bool climbs = start % 2 == 0 && limit_ && !found_.maxima.empty() && y_.equations == 0 &&
-                        y_.boxed.size() > kMostHeld;
-    if (!climbs) return v;
+    const bool ascends = is_even && limit_ && !found_.maxima.empty() && inner_.equations == 0 &&
+                         inner_.boxed.size() > kMostHeld;
+    if (!ascends) return v;
     options = staying_near(options);
-    return start_above(inner_, options_, center(found_.maxima), std::move(v), number,
-                       context_.work.counts);
+    return start_above(inner_, center(found_.maxima), std::move(v), number);
   }
 
-  /// The best of some random points of Y, if it is above all maxima: starts may all lead to lower
-  /// ones. Empty: none is.
-  [[nodiscard]] std::vector<double> higher_sample() {
-    constexpr Index kPoints = 32;
-    std::vector<double> best;
-    if (own_.empty() || y_.equations > 0) return best;
-    double highest = found_.highest();
-    for (Index k = 1; k <= kPoints; ++k) {
-      std::vector<double> v = random_start(sampled_, own_, kMostStartsOfRows + k, options_);
-      const auto value = value_where_feasible(inner_, options_, v, context_.work.counts);
-      if (!value || !found_.is_higher(*value, highest)) continue;
-      highest = *value;
-      best = std::move(v);
-    }
-    return best;
-  }
-
-  [[nodiscard]] bool is_above_limit(double value) const {
-    return limit_ && found_.is_higher(value, *limit_);
-  }
+  bool is_above_limit(double value) const { return limit_ && found_.is_higher(value, *limit_); }
 
   /// Beside the highest maximum, then beside others, if little more would violate the constraint:
   /// with one variable at another bound. Of maxima of one value, as on a face of Y, beside a few:
   /// those on which x rests have one value, too.
   /// False: nothing more can be done.
-  [[nodiscard]] bool look_beside() {
-    SolverOptions options = staying_near(options_);
-    options.minmax_max_restarts = 0;
+  bool look_beside() {
+    const SolverOptions options = without_restarts(staying_near(options_));
     const auto looked_at_height_of = [&](double value) {
       Index looked = 0;
       for (const auto k : indices(beside_)) {
@@ -348,16 +272,15 @@ class MaximizationOverY {
       for (const auto k : indices(found_.maxima)) {
         const auto& [v, value, certified, found] = found_.maxima[k];
         // Beside the maxima of a face, which are not certified, stand more of them.
-        const bool wanted = !beside_[k].looked && value + kMore * found_.range.size() > *limit_ &&
+        const bool wanted = !beside_[k].looked &&
+                            value + kUnseenExcess * found_.range.size() > *limit_ &&
                             looked_at_height_of(value) < (certified ? kBesideOneHeight : 1);
         if (wanted && (!from || value > found_.maxima[*from].value)) from = k;
       }
       if (!from || is_above_limit(found_.highest())) return true;
       beside_[*from].looked = true;
-      for (std::vector<double>& place :
-           next_to(inner_, options_, found_.maxima[*from].v, beside_[*from].lambda, kBeside,
-                   context_.work.counts)) {
-        if (!maximize_from(std::move(place), options)) return false;
+      for (auto& start : next_to(inner_, found_.maxima[*from].v, beside_[*from].lambda, kBeside)) {
+        if (!maximize_from(std::move(start), options)) return false;
       }
     }
     return true;
@@ -373,16 +296,17 @@ class MaximizationOverY {
     if (found_.maxima.empty()) return;
     const auto [lowest, top] =
         std::ranges::minmax_element(found_.maxima, {}, &WorstCaseMaximum::value);
-    std::vector<double> gradient(s_.variable_players.size());
+    const std::vector<double>& v = top->v;
+    std::vector<double> gradient(v.size());
     ++context_.work.counts.gradient;
-    if (!inner_.gradient(top->v, true, gradient)) return;
-    double change = top->value - lowest->value, steepest = options_.nlp_scaling_max_gradient;
-    for (const auto i : indices(gradient)) {
-      if (s_.variable_players[i] != Player::Min) continue;
+    if (!inner_.model.gradient(v, true, gradient)) return;
+    const auto size = [&](std::size_t i) {
+      return context_.sizes != nullptr ? context_.sizes->moved(i) : std::abs(v[i]);
+    };
+    const double change = change_by_min(inner_.s, gradient, size, top->value - lowest->value);
+    double steepest = options_.nlp_scaling_max_gradient;
+    for (const std::size_t i : variables_of(inner_.s, Player::Min))
       steepest = std::max(steepest, std::abs(gradient[i]));
-      change += std::abs(gradient[i]) *
-                (context_.sizes != nullptr ? context_.sizes->moved(i) : std::abs(top->v[i]));
-    }
     // A solve meets its constraints as they are scaled.
     accuracy_ *= steepest / options_.nlp_scaling_max_gradient;
     found_.range.cap = std::max(change, accuracy_ / found_.tol);
@@ -391,13 +315,13 @@ class MaximizationOverY {
   }
 
   /// False: nothing more can be done.
-  [[nodiscard]] bool maximize_from(std::vector<double> v, const SolverOptions& options) {
+  bool maximize_from(std::vector<double> v, const SolverOptions& options) {
     if (context_.budget.used_up()) {
       found_.finished = false;
       return false;
     }
     if (context_.witnesses != nullptr) context_.witnesses->add_start(v);  // may be undefined there
-    Restarted restarted(inner_, std::move(v));
+    Restarted restarted(inner_.model, std::move(v));
     const Result result =
         solve_from_start(restarted, options, context_.budget, observer(), &structure_);
     add_work(result, context_.work);
@@ -408,7 +332,7 @@ class MaximizationOverY {
     return found_.finished && !is_final(result.status);
   }
 
-  [[nodiscard]] SolveObserver observer() {
+  SolveObserver observer() {
     SolveObserver observer;
     observer.on_iteration = [this](const IterationInfo& info) {
       if (info.iteration == 0) found_.starts.emplace_back(info.v.begin(), info.v.end());
@@ -436,15 +360,16 @@ class MaximizationOverY {
 
   /// Whether the function is above the limit farther out in the direction of a point: where it
   /// runs to a value that it never reaches it is not.
-  [[nodiscard]] bool exceeds_farther_out(const std::vector<double>& v) {
-    if (own_.empty()) return false;
+  bool exceeds_farther_out(const std::vector<double>& v) {
+    if (inner_.start.empty()) return false;
     std::vector<double> there = v;
     for (const double times : {1e3, 1e6, 1e9}) {
-      for (const std::size_t i : y_.free) {
-        there[i] = std::clamp(own_[i] + times * (v[i] - own_[i]), s_.variable_lower[i],
-                              s_.variable_upper[i]);
+      for (const std::size_t i : inner_.free) {
+        const double own = inner_.start[i];
+        there[i] = std::clamp(own + times * (v[i] - own), inner_.s.variable_lower[i],
+                              inner_.s.variable_upper[i]);
       }
-      const auto value = value_where_feasible(inner_, options_, there, context_.work.counts);
+      const auto value = inner_.value_at(there);
       if (value && is_above_limit(*value)) return true;
     }
     return false;
@@ -453,17 +378,18 @@ class MaximizationOverY {
   void add(const Result& result) {
     using enum Status;
     const bool runs_away =
-        !y_.is_box() && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
-                         result.status == DivergingIterates);
+        !inner_.is_box() && (result.status == InnerUnbounded || result.status == OuterUnbounded ||
+                             result.status == DivergingIterates);
     const bool maximum = is_success(result.status);
     found_.maximized = found_.maximized || maximum || runs_away;
     if (maximum || runs_away) highest_maximum_ = std::max(highest_maximum_, result.objective);
     found_.single_branch = found_.single_branch && maximum;
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-    if (runs_away || (maximum && !certified && limit_ && !y_.is_box() && !y_.follows_box())) {
+    if (runs_away ||
+        (maximum && !certified && limit_ && !inner_.is_box() && !inner_.is_determined_by_box())) {
       // Far away and infeasible, nothing is seen of f.
       double size = 0.0;
-      for (const std::size_t i : y_.free) size = std::max(size, std::abs(result.v[i]));
+      for (const std::size_t i : inner_.free) size = std::max(size, std::abs(result.v[i]));
       const bool seen = result.error.primal <= options_.constr_viol_tol * size;
       if (seen && (!limit_ || exceeds_farther_out(result.v))) found_.unbounded = true;
     }
@@ -475,7 +401,7 @@ class MaximizationOverY {
     double value = result.objective;
     if (context_.complete) {
       ++context_.work.counts.objective;
-      if (!context_.complete(v) || !inner_.objective(v, true, value)) {
+      if (!context_.complete(v) || !inner_.model.objective(v, true, value)) {
         found_.completed = false;
         return;
       }
@@ -485,7 +411,7 @@ class MaximizationOverY {
     if (context_.witnesses != nullptr) context_.witnesses->add(v);
     ranges_.see(v);
     for (WorstCaseMaximum& known : found_.maxima) {
-      if (!same_point(v, known.v, ranges_, y_.free, options_.minmax_distinct_tol) ||
+      if (!same_point(v, known.v, ranges_, inner_.free, options_.minmax_distinct_tol) ||
           !found_.is_as_high(value, known.value)) {
         continue;
       }
@@ -502,24 +428,20 @@ class MaximizationOverY {
     beside_.push_back({result.lambda, false});
   }
 
-  Problem& inner_;
-  const ProblemStructure& s_;
+  InnerProblem inner_;
+  SolverOptions& options_ = inner_.options;
   const MaximizationContext& context_;
-  SolverOptions options_;
   std::optional<double> limit_;
-  std::vector<double> own_;   ///< where the problem starts; empty: nowhere
-  ProblemStructure sampled_;  ///< inner_'s, with all bounds that are known
   VariableRanges ranges_;
-  SetOfY y_;
   bool has_branches_;  ///< equations are not known to be explicit
   KeptWork structure_ = kept_structure();
   MaximaOverY found_;
   double highest_maximum_ = -kInfinity;  ///< of searches that ended there or ran away
   ValueRange on_the_way_;                ///< of values at infeasible points
   double accuracy_ = kInfinity;          ///< of the value that a maximization leaves
-  std::vector<std::size_t> held_;        ///< few variables that all others follow; none: empty
+  bool holds_box_ = false;               ///< few boxed variables determine all others
   std::vector<Beside> beside_;           ///< each of the maxima
-  std::size_t corners_ = 0;              ///< that starts have had
+  std::size_t bang_bang_starts_ = 0;     ///< made
 };
 
 }  // namespace
@@ -532,6 +454,11 @@ void cut(const ProblemStructure& model, Result& result) {
     shorten(*values, model.variable_players.size());
   for (auto* values : {&result.lambda, &result.constraints})
     shorten(*values, model.constraint_players.size());
+}
+
+SolverOptions without_restarts(SolverOptions options) {
+  options.minmax_max_restarts = 0;
+  return options;
 }
 
 Index starts_over_y_of_rows(const SolverOptions& options) {

@@ -6,8 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/global/audit.hpp"
-#include "core/global/points.hpp"
+#include "core/global/witnesses.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/compare.hpp"
 #include "core/options.hpp"
@@ -16,7 +15,6 @@
 #include "core/proof/enclosure.hpp"
 #include "core/result.hpp"
 #include "core/robust/robust_copies.hpp"
-#include "core/robust/row_units.hpp"
 #include "core/worst_case.hpp"
 #include "linalg/numbers.hpp"
 
@@ -42,6 +40,10 @@ namespace ipminmax {
 /// Most variables that are held at all their corners where others follow them.
 inline constexpr std::size_t kMostHeld = 3;
 
+/// Options of one of several solves of a model. A solve by itself restarts where it fails; one of
+/// several does not, since the others begin elsewhere. If all have failed, one more may restart.
+[[nodiscard]] SolverOptions without_restarts(SolverOptions options);
+
 /// Who maximizes over y, and where the work goes.
 struct MaximizationContext {
   SolverOptions options;
@@ -52,7 +54,7 @@ struct MaximizationContext {
   /// What is to be proved, too; null: what minmax_worst_case_proof asks for.
   const ProofRequest* proof = nullptr;
   ProofShare share{};              ///< of that
-  Index drawn = 0;                 ///< random starts that other scans over y have had
+  Index drawn = 0;                 ///< random starts that other searches have had
   Witnesses* witnesses = nullptr;  ///< to which starts and maxima are added
   /// Size of the function where that is known: values at infeasible points show its range up to
   /// that.
@@ -87,10 +89,10 @@ struct MaximaOverY : RobustBound {
   bool unbounded = false;     ///< one ran to infinity
   bool single_branch = true;  ///< all at one maximum, K_yy right at every iterate
   bool finished = true;       ///< false: the budget was used up
-  bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
+  bool conclusive = true;     ///< false: after the most starts a higher maximum is to be expected
   bool completed = true;      ///< false: some maxima could not be, and are left out
   /// Of few variables that others follow: those that have no value, n values each.
-  Points valueless_corners;
+  Points infeasible_vertices;
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
@@ -131,7 +133,7 @@ struct MaximaOverY : RobustBound {
     return finished && maximized && has_value && !unbounded;
   }
   /// Whether a higher maximum is to be expected after the most starts, and no proof excludes it.
-  [[nodiscard]] bool may_be_higher() const { return !settled && !(proof && proof->complete); }
+  [[nodiscard]] bool may_be_higher() const { return !conclusive && !(proof && proof->complete); }
   /// Whether the k-th maximum exceeds the bound by more than a share of the range.
   [[nodiscard]] bool violates(std::size_t k, double tolerance) const {
     return clearly_greater(maxima[k].value, accepted, range, tolerance);
@@ -141,14 +143,14 @@ struct MaximaOverY : RobustBound {
     return (maxima[k].value - accepted) /
            std::max(range.size(), std::numeric_limits<double>::min());
   }
-  /// The worst case at this y, free to move with x.
-  [[nodiscard]] RobustCopies::WorstCase at_y(std::vector<double> v) const {
-    return {constraint, std::move(v), true, false, side};
+  /// The worst case at this y, which moves with x unless it is held.
+  [[nodiscard]] GivenWorstCase at_y(std::vector<double> v, bool held = false) const {
+    return {constraint, std::move(v), true, held, side};
   }
 };
 
 /// What was found of each bounded side of each robust constraint.
-using Scans = std::vector<MaximaOverY>;
+using MaximaOfRows = std::vector<MaximaOverY>;
 
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box
 /// of few variables, the given points (n values each) and random ones, `starts` in all or, if more,

@@ -26,7 +26,7 @@ double sign_of(const ProofRequest& request) { return request.least ? -1.0 : 1.0;
 
 void check(Problem& problem, std::span<const double> v, const ProofRequest& request) {
   const ProblemStructure& s = problem.structure();
-  refuse(!has_valid_indices(s), "the model's structure is not valid");
+  refuse(!check_indices(s).empty(), "the model's structure is not valid");
   require_point("a proof over y: the point", s, v);
   refuse(!(request.tolerance > 0.0) || request.most_boxes < 1 || request.starts < 1,
          "tolerance, starts and most_boxes must be positive");

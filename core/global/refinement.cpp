@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <optional>
 #include <utility>
 
-#include "core/global/choice.hpp"
+#include "core/global/audit.hpp"
 #include "core/global/robust_search.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
@@ -25,57 +26,10 @@ bool may_be_kink(Status status) {
          status == InertiaCorrectionFailed || status == RestorationFailed;
 }
 
-}  // namespace
-
-bool has_robust_constraints(const ProblemStructure& structure) {
-  return !robust_constraints(structure).empty();
-}
-
-bool has_rows_for_every_y(const ProblemStructure& structure, const SolverOptions& options) {
-  return options.minmax_robust_constraints && has_robust_constraints(structure);
-}
-
-Result Refinement::from(Problem& model, const std::vector<double>& v, Index start,
-                        KeptWork& structure) const {
-  const bool can_branch =
-      has_valid_indices(model.structure()) && has_max_variables(model.structure());
-  if (options.minmax_epigraph && can_branch) return over_branches(model, v, start, false);
-  const auto as_asked = [&] {
-    if (has_rows_for_every_y(model.structure(), options)) {
-      InRowUnits rows(model, v);
-      return search_worst_cases({rows, model, rows.units(), options, budget, start,
-                                 starts_over_y_of_rows(options), witnesses},
-                                v, known);
-    }
-    Restarted restarted(model, v);
-    return solve_from_start(restarted, options, budget, budget.observer_of(start, among_others),
-                            &structure);
-  };
-  Result answer = as_asked();
-  const bool has_point = !answer.v.empty() && all_finite(answer.v);
-  if (!options.minmax_epigraph_at_kinks || !can_branch || !has_point || !may_be_kink(answer.status))
-    return answer;
-  budget.say(start, "a kink of the worst case: the epigraph form from here");
-  // From the maxima over y where the search ended, then from where it began.
-  for (const bool at_kink : {true, false}) {
-    if (budget.used_up()) {
-      answer.over_y.finished = false;
-      break;
-    }
-    Result branches = over_branches(model, at_kink ? answer.v : v, start, at_kink);
-    // The errors of a search over branches are those of its copies of y: only a certified answer is
-    // one.
-    const bool found = stands(branches) && is_certified(branches) && better(branches, answer);
-    if (found) std::swap(answer, branches);
-    add_work(branches, answer);
-    if (found) break;
-  }
-  return answer;
-}
-
 /// With all of y if f turns out to read more of it than was seen around the start.
-Result Refinement::over_branches(Problem& model, const std::vector<double>& v, Index start,
-                                 bool at_kink) const {
+Result over_branches(const StartOfX& start, const std::vector<double>& v, bool at_kink,
+                     Witnesses& met) {
+  const auto& [model, options, budget, number, among_others, structure, of_start] = start;
   constexpr Index kLeastStartsAtKinks = 10;
   const Index starts = std::max(starts_over_y_of_objective(options),
                                 options.minmax_epigraph ? 0 : kLeastStartsAtKinks);
@@ -92,7 +46,7 @@ Result Refinement::over_branches(Problem& model, const std::vector<double>& v, I
     Epigraph epigraph(model, reads_y);
     InRowUnits rows(epigraph, own, row_of_f);
     Result answer = search_worst_cases(
-        {rows, model, rows.units(), options, budget, start, starts, witnesses}, own, {}, at_kink);
+        {rows, model, rows.units(), options, budget, number, starts, met}, own, {}, at_kink);
     answer.over_y.branches = static_cast<Index>(
         std::ranges::count(answer.worst_cases, row_of_f, &RobustWorstCase::constraint));
     if (is_certified(answer) && answer.over_y.branches > 1) {
@@ -105,6 +59,80 @@ Result Refinement::over_branches(Problem& model, const std::vector<double>& v, I
     if (ends || budget.interrupted()) return answer;
     before = std::move(answer);
   }
+}
+
+/// What is known against the result is in its statements; it has not been audited.
+Result solve_over_y(const StartOfX& start, const std::vector<double>& v,
+                    const std::vector<RobustWorstCase>& known, Witnesses& met) {
+  const auto& [model, options, budget, number, among_others, structure, of_start] = start;
+  const bool can_branch =
+      check_indices(model.structure()).empty() && has_max_variables(model.structure());
+  if (options.minmax_epigraph && can_branch) return over_branches(start, v, false, met);
+  Result answer;
+  if (has_rows_for_every_y(model.structure(), options)) {
+    InRowUnits rows(model, v);
+    answer = search_worst_cases(
+        {rows, model, rows.units(), options, budget, number, starts_over_y_of_rows(options), met},
+        v, known);
+  } else {
+    Restarted restarted(model, v);
+    answer = solve_from_start(restarted, options, budget, budget.observer_of(number, among_others),
+                              &structure);
+  }
+  const bool has_point = !answer.v.empty() && all_finite(answer.v);
+  if (!options.minmax_epigraph_at_kinks || !can_branch || !has_point || !may_be_kink(answer.status))
+    return answer;
+  budget.say(number, "a kink of the worst case: the epigraph form from here");
+  // From the maxima over y where the search ended, then from where it began.
+  for (const bool at_kink : {true, false}) {
+    if (budget.used_up()) {
+      answer.over_y.finished = false;
+      break;
+    }
+    Result branches = over_branches(start, at_kink ? answer.v : v, at_kink, met);
+    // The errors of a search over branches are those of its copies of y: only a certified answer is
+    // one.
+    const bool found = stands(branches) && is_certified(branches) && better(branches, answer);
+    if (found) std::swap(answer, branches);
+    add_work(branches, answer);
+    if (found) break;
+  }
+  return answer;
+}
+
+}  // namespace
+
+bool has_robust_constraints(const ProblemStructure& structure) {
+  return !robust_constraints(structure).empty();
+}
+
+bool has_rows_for_every_y(const ProblemStructure& structure, const SolverOptions& options) {
+  return options.minmax_robust_constraints && has_robust_constraints(structure);
+}
+
+Result refine(const StartOfX& start, const std::vector<double>& v) try {
+  constexpr int kMostRefuted = 2;
+  std::vector<double> from = v;
+  std::vector<RobustWorstCase> known;
+  if (start.number == 0) known = start.known;
+  Witnesses met(start.model.structure());
+  std::optional<Result> refuted;
+  for (int round = 0;; ++round) {
+    Result result = solve_over_y(start, from, known, met);
+    met.add(result);
+    if (refuted) add_work(*refuted, result);
+    audit(start.model, start.options, met, start.budget, result, result.counts);
+    const bool by_row = result.over_y.better_known && !result.worst_case.higher &&
+                        !result.worst_cases.empty() && !start.options.minmax_epigraph;
+    if (!by_row || round == kMostRefuted || start.budget.used_up()) return result;
+    from = result.v;
+    known = result.worst_cases;
+    for (RobustWorstCase& one : known) one.range = 0.0;  // none is followed alone
+    refuted = std::move(result);
+  }
+} catch (const std::bad_alloc&) {  // between two solves
+  start.budget.stop(Status::OutOfMemory);
+  return without_point(Status::OutOfMemory, "out of memory");
 }
 
 }  // namespace ipminmax

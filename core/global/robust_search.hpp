@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/global/robust_answer.hpp"
+#include "core/global/robust_program.hpp"
 
 namespace ipminmax {
 
@@ -14,7 +14,7 @@ namespace ipminmax {
 /// start: n values of the solved form; empty: the model's. The y of the start is the first worst
 /// case, unless worst cases of a constraint near this start are known, of the solved form.
 /// at_kink: x is the answer of a solve, and the maxima over y there are the first worst cases.
-[[nodiscard]] Result search_worst_cases(const RobustForm& form, std::vector<double> start,
+[[nodiscard]] Result search_worst_cases(RobustProgram program, std::vector<double> start,
                                         const std::vector<RobustWorstCase>& known = {},
                                         bool at_kink = false);
 

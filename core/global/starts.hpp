@@ -13,14 +13,10 @@
 #include <vector>
 
 #include "core/answer.hpp"
-#include "core/global/audit.hpp"
-#include "core/global/choice.hpp"
-#include "core/global/points.hpp"
+#include "core/global/witnesses.hpp"
 #include "core/model/budget.hpp"
 #include "core/parallel/ranks.hpp"
 #include "core/search/one_start.hpp"
-#include "core/search/starts.hpp"
-#include "linalg/inertia.hpp"
 
 namespace ipminmax {
 
@@ -109,7 +105,7 @@ class Starts {
     KeptWork structure = kept_structure();
     bool detected = false;
   };
-  class Choice;   // starts_over_y.cpp
+  class Choice;
   class OnRanks;  // starts_over_ranks.cpp
 
   void prepare();
@@ -119,15 +115,10 @@ class Starts {
   void run_start(Worker& worker, Index start);
   void run_start(Worker& worker, Index start, const std::vector<double>& v,
                  const SolverOptions& options);
-  [[nodiscard]] Result refine(Worker& worker, Problem& model, Index start,
-                              const std::vector<double>& v, const SolverOptions& options);
-  [[nodiscard]] SolverOptions one_cold_search() const;
+  SolverOptions one_cold_search() const;
   void note_exception(Index start, std::exception_ptr exception);
   void record(Index start, Result&& result);
-  [[nodiscard]] Answer choose();
-  [[nodiscard]] const ProblemStructure& structure() const {
-    return workers_.front().model->structure();
-  }
+  const ProblemStructure& structure() const { return workers_.front().model->structure(); }
 
   std::vector<Worker> workers_;  ///< one per thread
   const SolverOptions& options_;

@@ -155,7 +155,7 @@ class Epigraph final : public ByRows<ForwardingProblem>, private BoxesOf {
   void determine(std::span<double> v) const override { model_boxes->determine(v.first(at(n_))); }
 
   /// Of these rows the model's.
-  [[nodiscard]] std::span<const Index> of_model(std::span<const Index> rows) const {
+  std::span<const Index> of_model(std::span<const Index> rows) const {
     return rows.first(rows.size() - (!rows.empty() && rows.back() == m_ ? 1 : 0));
   }
 

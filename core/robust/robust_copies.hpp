@@ -16,6 +16,20 @@
 
 namespace ipminmax {
 
+/// A worst case that a solve is given.
+struct GivenWorstCase {
+  Index constraint = 0;   ///< robust
+  std::vector<double> v;  ///< n; y in it is the start
+  bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
+  bool held = false;      ///< y stays at v, what follows from it apart: a scenario
+  int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
+  /// Whether it is one of this bound of a constraint, or of both bounds.
+  [[nodiscard]] bool is_of(Index its_constraint, int its_side) const {
+    return constraint == its_constraint && side * its_side >= 0;
+  }
+};
+using WorstCases = std::vector<GivenWorstCase>;
+
 /// The model with copies of y for worst cases of robust constraints:
 ///
 ///     x, y, y_1, ..., y_C       g_r(x, y_k) <= 0 with r of worst case k, y_k in Y(x)
@@ -25,19 +39,6 @@ namespace ipminmax {
 /// nothing reads any more are fixed, their constraints dropped.
 class RobustCopies final : public Problem {
  public:
-  struct WorstCase {
-    Index constraint = 0;   ///< robust
-    std::vector<double> v;  ///< n; y in it is the start
-    bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
-    bool held = false;      ///< y stays at v, what follows from it apart: a scenario
-    int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
-    /// Whether it is one of this bound of a constraint, or of both bounds.
-    [[nodiscard]] bool is_of(Index its_constraint, int its_side) const {
-      return constraint == its_constraint && side * its_side >= 0;
-    }
-  };
-  using WorstCases = std::vector<WorstCase>;
-
   /// start: n values, whose x is where it starts. scopes: of the model. reads_y: n, whether f reads
   /// a Max variable. Robust constraints without a worst case are left out. Where the budget is
   /// interrupted it is undefined: one evaluation is many of the model.
@@ -158,7 +159,7 @@ class RobustCopies final : public Problem {
 
   /// The model evaluated at one y: its rows that count there and where they and the columns go.
   struct Part {
-    WorstCase worst_case;
+    GivenWorstCase worst_case;
     RobustScope scope;          ///< what it involves
     std::vector<Index> column;  ///< n: variable of this problem that stands for the model's
     std::vector<Index> row_of;  ///< m: row of this problem, -1: does not count here
@@ -194,7 +195,7 @@ class RobustCopies final : public Problem {
 
  private:
   /// The first worst case of a constraint; null: none, the constraint does not count.
-  [[nodiscard]] const Part* first_of(Index constraint) const {
+  const Part* first_of(Index constraint) const {
     for (const Part& part : worst_cases()) {
       if (part.worst_case.constraint == constraint) return &part;
     }
@@ -230,7 +231,7 @@ class RobustCopies final : public Problem {
 
   void add_worst_case(std::size_t copy) {
     Part& part = parts_[copy];
-    const WorstCase& worst_case = part.worst_case;
+    const GivenWorstCase& worst_case = part.worst_case;
     part.row_of.assign(g_.size(), -1);
     part.row = first_of(worst_case.constraint) == &part
                    ? worst_case.constraint
@@ -243,18 +244,18 @@ class RobustCopies final : public Problem {
       // What follows from a y that is held is Min's: Max has no choice left.
       const Player player = worst_case.held ? Player::Min : Player::Max;
       for (const Index i : scope.variables) {
-        const bool idle = std::ranges::binary_search(scope.idle, i);
-        const bool held = worst_case.held && !std::ranges::binary_search(scope.followers, i);
-        part.column[at(i)] = copy_variable(i, copy, player, worst_case.v[at(i)], held || idle);
+        const bool irrelevant = std::ranges::binary_search(scope.irrelevant, i);
+        const bool held = worst_case.held && !std::ranges::binary_search(scope.dependent, i);
+        part.column[at(i)] =
+            copy_variable(i, copy, player, worst_case.v[at(i)], held || irrelevant);
       }
-      if (!worst_case.held || !scope.followers.empty()) {
+      if (!worst_case.held || !scope.dependent.empty()) {
         for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy, player);
       }
     }
   }
 
-  [[nodiscard]] Index copy_variable(Index i, std::size_t copy, Player player, double value,
-                                    bool held) {
+  Index copy_variable(Index i, std::size_t copy, Player player, double value, bool held) {
     const ProblemStructure& s = model_.structure();
     model_variable_.push_back(i);
     if (!s.variable_units.empty()) structure_.variable_units.push_back(s.variable_units[at(i)]);
@@ -263,7 +264,7 @@ class RobustCopies final : public Problem {
                         label_of_copy(s.variable_names, s.variable_numbers, i, copy));
   }
 
-  [[nodiscard]] Index copy_row(Index j, std::size_t copy, Player player) {
+  Index copy_row(Index j, std::size_t copy, Player player) {
     const ProblemStructure& s = model_.structure();
     model_row_.push_back(j);
     return add_constraint(structure_, player, s.constraint_lower[at(j)], s.constraint_upper[at(j)],
@@ -280,20 +281,20 @@ class RobustCopies final : public Problem {
       for (const Index i : part.scope.variables) ++readers[at(i)];
     }
     for (Part& part : std::span(parts_).subspan(1)) {
-      const WorstCase& worst_case = part.worst_case;
+      const GivenWorstCase& worst_case = part.worst_case;
       const RobustScope& scope = part.scope;
       const bool shared = !worst_case.copied && std::ranges::any_of(scope.variables, [&](Index i) {
         return reads_y[at(i)] || readers[at(i)] > 1;
       });
       if (shared || worst_case.held) continue;
-      if (!worst_case.copied) hold(scope.idle, worst_case);
+      if (!worst_case.copied) hold(scope.irrelevant, worst_case);
       for (const Index i : scope.variables) served[at(part.column[at(i)])] = part.row;
       part.serving = scope.constraints;
     }
   }
 
   /// The model's own variables at their values in a worst case.
-  void hold(const std::vector<Index>& variables, const WorstCase& worst_case) {
+  void hold(const std::vector<Index>& variables, const GivenWorstCase& worst_case) {
     for (const Index i : variables) fix_variable(structure_, i, worst_case.v[at(i)]);
   }
 
@@ -338,7 +339,7 @@ class RobustCopies final : public Problem {
   }
 
   /// False: the budget is interrupted.
-  [[nodiscard]] bool load(std::span<const double> v, const Part& part) {
+  bool load(std::span<const double> v, const Part& part) {
     for (const auto i : indices(v_)) v_[i] = v[at(part.column[i])];
     return !budget_.interrupted();
   }

@@ -1,7 +1,6 @@
 #include "core/robust/robust_scope.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
@@ -40,10 +39,8 @@ std::vector<std::vector<std::size_t>> entries_of_rows(const ProblemStructure& s)
   return entries;
 }
 
-bool has_valid_indices(const ProblemStructure& s) { return check_indices(s).empty(); }
-
 std::vector<Index> robust_constraints(const ProblemStructure& s) {
-  if (!has_valid_indices(s)) return {};
+  if (!check_indices(s).empty()) return {};  // a solve says what is wrong
   std::vector<Index> rows;
   for (const auto [row, col] : s.jacobian) {
     if (s.constraint_players[at(row)] == Player::Min &&
@@ -146,8 +143,8 @@ RobustScopes::Marks RobustScopes::matters(Index constraint,
 
 /// What equations determine, without some of it, in an order in which each follows from those
 /// before. Empty: there is none.
-std::vector<RobustScope::Explicit> RobustScopes::in_order(const std::vector<Index>& variables,
-                                                          const Marks& without) const {
+ExplicitEquations RobustScopes::in_order(const std::vector<Index>& variables,
+                                         const Marks& without) const {
   const auto is_one = [&](Index i) { return determined_by_[at(i)] >= 0 && !without[at(i)]; };
   std::vector<Index> waits_for(rows_.size(), 0), ready;
   std::size_t count = 0;
@@ -160,7 +157,7 @@ std::vector<RobustScope::Explicit> RobustScopes::in_order(const std::vector<Inde
     if (waits_for[at(i)] == 0) ready.push_back(i);
     ++count;
   }
-  std::vector<RobustScope::Explicit> order;
+  ExplicitEquations order;
   for (std::size_t next = 0; next < ready.size(); ++next) {
     const Index i = ready[next];
     order.push_back({determined_by_[at(i)], i});
@@ -169,10 +166,10 @@ std::vector<RobustScope::Explicit> RobustScopes::in_order(const std::vector<Inde
       if (other >= 0 && other != i && --waits_for[at(other)] == 0) ready.push_back(other);
     }
   }
-  return order.size() == count ? order : std::vector<RobustScope::Explicit>{};
+  return order.size() == count ? order : ExplicitEquations{};
 }
 
-std::vector<Index> RobustScopes::followers(const RobustScope& scope) const {
+std::vector<Index> RobustScopes::dependent(const RobustScope& scope) const {
   std::vector<Index> found;
   for (const Index row : scope.constraints) {
     if (determines_[at(row)] < 0) return {};
@@ -203,13 +200,13 @@ RobustScope RobustScopes::all_of(Index constraint) const {
   RobustScope scope{marked(variables), marked(rows), {}, {}};
   const Marks counts = matters(constraint, scope.constraints);
   for (const Index i : scope.variables) {
-    if (!counts[at(i)] && determined_by_[at(i)] < 0) scope.idle.push_back(i);
+    if (!counts[at(i)] && determined_by_[at(i)] < 0) scope.irrelevant.push_back(i);
   }
-  scope.followers = followers(scope);
+  scope.dependent = dependent(scope);
   return scope;
 }
 
-std::vector<RobustScope::Explicit> RobustScopes::follows() const {
+ExplicitEquations RobustScopes::follows() const {
   return in_order(numbers_below(rows_.size()), Marks(rows_.size(), false));
 }
 
@@ -226,7 +223,7 @@ RobustScope RobustScopes::of(Index constraint) const {
     const Index own = determines_[at(row)];
     return own >= 0 ? !matters(own) : std::ranges::none_of(columns_[at(row)], matters);
   });
-  scope.followers = followers(scope);
+  scope.dependent = dependent(scope);
   return scope;
 }
 
@@ -238,7 +235,7 @@ std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v, C
   if (!any) return {};
   std::vector<double> first, other(s.jacobian.size());
   std::vector<bool> linear(other.size(), true);
-  for (const std::vector<double>& point : points_around(s, v)) {
+  for (const auto& point : points_around(s, v)) {
     ++counts.jacobian;
     if (!all_finite(point) || !model.jacobian(point, true, other)) return {};
     if (first.empty()) first = other;
@@ -251,8 +248,7 @@ std::vector<bool> linear_entries(Problem& model, const std::vector<double>& v, C
 }
 
 /// Newton's method with a triangular matrix: after each step one more equation holds, at least.
-bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
-              std::vector<double>& v) {
+bool complete(Problem& model, const ExplicitEquations& follows, std::vector<double>& v) {
   if (follows.empty()) return true;
   constexpr double kRounding = 1e-11;  // beside the terms of an equation
   const ProblemStructure& s = model.structure();
@@ -286,7 +282,7 @@ bool complete(Problem& model, const std::vector<RobustScope::Explicit>& follows,
 }
 
 bool can_be_held(const ProblemStructure& s, const RobustScope& scope) {
-  return !scope.followers.empty() || std::ranges::none_of(s.jacobian, [&](Triplet entry) {
+  return !scope.dependent.empty() || std::ranges::none_of(s.jacobian, [&](Triplet entry) {
     return s.variable_players[at(entry.col)] == Player::Min &&
            std::ranges::binary_search(scope.constraints, entry.row);
   });

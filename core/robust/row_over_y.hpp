@@ -8,7 +8,7 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/robust/extended_structure.hpp"
-#include "core/robust/robust_copies.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -39,7 +39,7 @@ class RowOverY final : public ForwardingProblem, private BoxesOf {
       changed_.variable_lower[at(i)] = s.variable_lower[at(i)];
       changed_.variable_upper[at(i)] = s.variable_upper[at(i)];
     }
-    for (const Index i : scope.idle) fix_variable(changed_, i, start_[at(i)]);
+    for (const Index i : scope.irrelevant) fix_variable(changed_, i, start_[at(i)]);
     for (const Index j : rows_) {
       changed_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
       changed_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
@@ -118,12 +118,12 @@ class RowOverY final : public ForwardingProblem, private BoxesOf {
     constraints_over(v, g);
     return IntervalJet(side_) * g[at(constraint_)];
   }
-  [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda) {
+  std::span<const double> weights(double sigma, std::span<const double> lambda) {
     std::ranges::copy(lambda, lambda_.begin());
     lambda_[at(constraint_)] = sigma * side_;
     return lambda_;
   }
-  [[nodiscard]] std::span<const Index> row() const { return {&constraint_, 1}; }
+  std::span<const Index> row() const { return {&constraint_, 1}; }
 
   ProblemStructure changed_;  ///< the model's, of the same size
   Index constraint_;

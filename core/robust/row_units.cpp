@@ -1,16 +1,11 @@
 #include "core/robust/row_units.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 
 #include "core/model/compare.hpp"
-#include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/sampling.hpp"
-#include "core/model/structure_check.hpp"
-#include "core/robust/robust_scope.hpp"
-#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -37,15 +32,11 @@ struct Values {
 /// far away in a wide box of y a row may be anything.
 std::vector<double> sizes_near(const ProblemStructure& s, const std::vector<double>& v,
                                const Values& here) {
-  std::vector<double> sizes(s.constraint_players.size(), 0.0);
-  if (here.jacobian.empty()) return sizes;
   VariableRanges ranges(s);
   ranges.see(v);
-  for (const auto k : indices(here.jacobian)) {
-    const auto [row, col] = s.jacobian[k];
-    if (s.variable_players[at(col)] == Player::Min)
-      sizes[at(row)] += std::abs(here.jacobian[k]) * ranges.of(at(col));
-  }
+  std::vector<double> sizes =
+      changes_by_min(s, here.jacobian, [&](std::size_t i) { return ranges.of(i); });
+  if (here.jacobian.empty()) return sizes;
   for (const auto j : indices(sizes)) sizes[j] += std::abs(here.g[j] - finite_bound(s, j));
   return sizes;
 }
@@ -108,11 +99,9 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& given, Index e
   const std::vector<double> slopes = largest_slopes(model.structure(), here, epigraph_row);
   std::mt19937_64 random(20220411);
   for (int k = 0; k <= kSamples; ++k) {
-    for (std::size_t i = 0; k > 0 && i < v.size(); ++i) {
-      if (s.variable_players[i] != Player::Max) continue;
-      const double lower = s.variable_lower[i], upper = s.variable_upper[i];
-      const bool boxed = lower > -kUnbounded && upper < kUnbounded;
-      if (boxed) point[i] = SampledRange{lower, upper}.draw(random);
+    for (const std::size_t i : variables_of(s, Player::Max)) {
+      const SampledRange box{s.variable_lower[i], s.variable_upper[i]};
+      if (k > 0 && box.lower > -kUnbounded && box.upper < kUnbounded) point[i] = box.draw(random);
     }
     if (!model.constraints(point, true, g)) continue;
     for (std::size_t j = 0; j < m; ++j) seen[j].see(g[j]);

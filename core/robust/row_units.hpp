@@ -126,7 +126,7 @@ class InRowUnits final : public ByRows<Restructured>, private BoxesOf {
         g[j] = IntervalJet(units_.factor[j]) * (g[j] - IntervalJet(units_.offset[j]));
     }
   }
-  [[nodiscard]] std::span<const double> in_model_units(std::span<const double> lambda) {
+  std::span<const double> in_model_units(std::span<const double> lambda) {
     for (const auto j : indices(lambda_)) lambda_[j] = lambda[j] * units_.factor[j];
     return lambda_;
   }

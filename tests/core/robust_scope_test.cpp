@@ -66,34 +66,34 @@ struct Trajectory : Structure {
   }
 };
 
-TEST(RobustScope, WhatFollowsAStageIsIdleInItsConstraint) {
+TEST(RobustScope, WhatFollowsAStageIsIrrelevantToItsConstraint) {
   Trajectory t(5);
   const Index third = t.robust({t.s[6]});
   const RobustScope scope = t.scope_of(third);
   EXPECT_EQ(scope.variables.size(), t.s.size() + t.w.size());
   EXPECT_EQ(scope.constraints.size(), 10U);
-  EXPECT_EQ(scope.idle, (Indices{t.w[3], t.w[4]}));
+  EXPECT_EQ(scope.irrelevant, (Indices{t.w[3], t.w[4]}));
   const Index last = t.robust({t.s[10]});
-  EXPECT_EQ(t.scope_of(last).idle, Indices{});
+  EXPECT_EQ(t.scope_of(last).irrelevant, Indices{});
 }
 
 TEST(RobustScope, WhatIsRestrictedTogetherMatters) {
   Trajectory energy(3);  // of all disturbances
   energy.inequality({energy.w[0], energy.w[1], energy.w[2]});
-  EXPECT_EQ(energy.scope_of(energy.robust({energy.s[2]})).idle, Indices{});
+  EXPECT_EQ(energy.scope_of(energy.robust({energy.s[2]})).irrelevant, Indices{});
 
   Trajectory apart(3);  // of those behind the constraint alone
   apart.inequality({apart.w[1], apart.w[2]});
-  EXPECT_EQ(apart.scope_of(apart.robust({apart.s[2]})).idle, (Indices{apart.w[1], apart.w[2]}));
+  EXPECT_EQ(apart.scope_of(apart.robust({apart.s[2]})).irrelevant, (Indices{apart.w[1], apart.w[2]}));
 
   Trajectory end(3);  // a state behind the constraint, so all disturbances up to it
   end.inequality({end.s[4]});
-  EXPECT_EQ(end.scope_of(end.robust({end.s[2]})).idle, Indices{end.w[2]});
+  EXPECT_EQ(end.scope_of(end.robust({end.s[2]})).irrelevant, Indices{end.w[2]});
 
   Trajectory met(3);  // an equation that determines nothing new
   met.equation({met.s[6]});
   met.equation({met.s[7]});
-  EXPECT_EQ(met.scope_of(met.robust({met.s[2]})).idle, Indices{});
+  EXPECT_EQ(met.scope_of(met.robust({met.s[2]})).irrelevant, Indices{});
 }
 
 TEST(RobustScope, OneStateWithBoundsMakesAllMatter) {
@@ -101,7 +101,7 @@ TEST(RobustScope, OneStateWithBoundsMakesAllMatter) {
   const Index w = s.in_box(), later = s.in_box(), first = s.free(), second = s.in_box();
   s.equation({w, first});
   s.equation({first, later, second});  // second stays in its box by the choice of later
-  EXPECT_EQ(s.scope_of(s.robust({first})).idle, Indices{});
+  EXPECT_EQ(s.scope_of(s.robust({first})).irrelevant, Indices{});
 }
 
 TEST(RobustScope, TheOrderOfEquationsDoesNotMatter) {
@@ -111,9 +111,9 @@ TEST(RobustScope, TheOrderOfEquationsDoesNotMatter) {
   s.equation({b, c, w2});  // takes b first, which the others need
   s.equation({a, b, w1});
   s.equation({a, w0});
-  EXPECT_EQ(s.scope_of(s.robust({a})).idle, (Indices{w1, w2}));
-  EXPECT_EQ(s.scope_of(s.robust({b})).idle, Indices{w2});
-  EXPECT_EQ(s.scope_of(s.robust({c})).idle, Indices{});
+  EXPECT_EQ(s.scope_of(s.robust({a})).irrelevant, (Indices{w1, w2}));
+  EXPECT_EQ(s.scope_of(s.robust({b})).irrelevant, Indices{w2});
+  EXPECT_EQ(s.scope_of(s.robust({c})).irrelevant, Indices{});
 }
 
 /// s_{k+1} = F(s_k, w_k), each equation in one new state.
@@ -134,8 +134,8 @@ TEST(RobustScope, StatesBehindAStageAreLeftBehind) {
   const RobustScope scope = t.explicit_scope_of(second);
   EXPECT_EQ(scope.variables, (Indices{t.s[0], t.w[0], t.s[1], t.w[1], t.s[2]}));
   EXPECT_EQ(scope.constraints, (Indices{0, 1}));
-  EXPECT_EQ(scope.followers, (Indices{t.s[1], t.s[2]}));
-  EXPECT_EQ(scope.idle, (Indices{t.w[2], t.w[3]}));
+  EXPECT_EQ(scope.dependent, (Indices{t.s[1], t.s[2]}));
+  EXPECT_EQ(scope.irrelevant, (Indices{t.w[2], t.w[3]}));
   ASSERT_EQ(scope.follows.size(), 4U);
   for (std::size_t k = 0; k < 4; ++k) {
     EXPECT_EQ(scope.follows[k].variable, t.s[k + 1]);

@@ -178,7 +178,7 @@ Model with_states(double bound_of_the_idle_row) {
   return model;
 }
 
-TEST(RobustCopies, IdleCopiesTiedByEquationsDoNotBlurTheCertificate) {
+TEST(RobustCopies, InactiveCopiesTiedByEquationsDoNotBlurTheCertificate) {
   // x + s <= 2 at w = (1, 1): 1.3 x + 1.1 = 2.
   AutodiffProblem problem(with_states(50.0), {0.0, 0.2, 0.1, 0.2});
   SolverOptions options;
@@ -203,7 +203,7 @@ TEST(RobustCopies, IdleCopiesTiedByEquationsDoNotBlurTheCertificate) {
   }
 }
 
-TEST(RobustCopies, ARowThatIsIdleAtItsOwnYOnlyCounts) {
+TEST(RobustCopies, ARowThatIsInactiveAtItsOwnYOnlyCounts) {
   // With the bound 3 the second row is violated at the x above: x^2 + s^2 + x s with s up to 1.1 +
   // 0.3 x.
   AutodiffProblem problem(with_states(3.0), {0.0, 0.2, 0.1, 0.2});

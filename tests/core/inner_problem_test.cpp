@@ -6,7 +6,7 @@
 
 #include <support/autodiff_problem.hpp>
 
-#include "core/global/places_over_y.hpp"
+#include "core/global/inner_problem.hpp"
 
 namespace ipminmax {
 namespace {
@@ -17,7 +17,7 @@ using testing::kNoBound;
 using testing::Model;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-using Places = std::vector<std::vector<double>>;
+using Starts = std::vector<std::vector<double>>;
 
 /// y0 - 0.9 y1, y0 + z <= 1 and z free, over a box of y.
 Model plane() {
@@ -30,28 +30,28 @@ Model plane() {
   return model;
 }
 
-TEST(PlacesOverY, StandABoundFromTheMaximum) {
+TEST(InnerStarts, StandABoundFromTheMaximum) {
   AutodiffProblem problem(plane());
   Counts counts;
   const std::vector<double> maximum{1.0, -1.0, 0.0};
-  const auto places = [&](const std::vector<double>& lambda, std::size_t most) {
-    return next_to(problem, {}, maximum, lambda, most, counts);
+  const auto starts = [&](const std::vector<double>& lambda, std::size_t most) {
+    return next_to({problem, {}, counts}, maximum, lambda, most);
   };
-  EXPECT_EQ(places({0.0}, 4), (Places{{1.0, 1.0, 0.0}, {-1.0, -1.0, 0.0}}));
-  EXPECT_EQ(places({0.0}, 1), (Places{{1.0, 1.0, 0.0}}));
+  EXPECT_EQ(starts({0.0}, 4), (Starts{{1.0, 1.0, 0.0}, {-1.0, -1.0, 0.0}}));
+  EXPECT_EQ(starts({0.0}, 1), (Starts{{1.0, 1.0, 0.0}}));
   // With its multiplier the constraint is what y0 gains from.
-  EXPECT_EQ(places({-2.0}, 1), (Places{{-1.0, -1.0, 0.0}}));
+  EXPECT_EQ(starts({-2.0}, 1), (Starts{{-1.0, -1.0, 0.0}}));
   EXPECT_GT(counts.objective, 0);
   EXPECT_GT(counts.constraints, 0);
 }
 
-TEST(PlacesOverY, LeaveOutWhereTheModelIsUndefined) {
+TEST(InnerStarts, LeaveOutWhereTheModelIsUndefined) {
   Model model;
   const Expression y = model.variable(Player::Max, "y", 0.0, 2.0);
   model.objective(log(y) - y);
   AutodiffProblem problem(std::move(model));
   Counts counts;
-  EXPECT_EQ(next_to(problem, {}, {1.0}, {}, 4, counts), (Places{{2.0}}));
+  EXPECT_EQ(next_to({problem, {}, counts}, {1.0}, {}, 4), (Starts{{2.0}}));
 }
 
 }  // namespace
