@@ -71,8 +71,22 @@ class Solve {
   /// throws passes through; of a restoration all that is not the factors' memory does.
   Result run() {
     try {
-      auto refused = prepare();
-      return refused ? std::move(*refused) : finish(search_all(arrays_.search.start));
+      if (auto refused = prepare()) return std::move(*refused);
+      for (Start& start = arrays_.search.start;;) {
+        search_.emplace(*context_, purpose_, *barrier_, *observation_, start, arrays_.search);
+        StepMethod& method = method_for(start);
+        auto outcome = contradiction(*search_);
+        if (!outcome) outcome = improved(search_->run(method, left_), start);
+        best_ = best_with(std::move(*outcome));
+        auto next = search_failed(best_->status) ? next_start() : std::nullopt;
+        if (!next) break;
+        start = std::move(*next);
+      }
+      if (search_failed(best_->status) && others_->drawn() > 0) {
+        if (best_->message.empty()) best_->message = std::string(name_of(best_->status));
+        best_->message += "\n" + others_->describe();
+      }
+      return finish(std::move(*best_));
     } catch (const FactorsOutOfMemory& error) {
       return stopped(Status::OutOfMemory, error.what());
     } catch (const std::bad_alloc&) {
@@ -115,7 +129,10 @@ class Solve {
     Start& first = arrays_.search.start;
     first = Start{.point = std::move(first.point)};  // for its room
     begin_at(canonical_, canonical_.starting_point(), first.point);
-    if (evaluate_start(*context_, options_, first.point)) return std::nullopt;
+    if (evaluate_start(*context_, options_, first.point)) {
+      barrier_.emplace(*context_, first.point);
+      return std::nullopt;
+    }
     const Status status = canonical_.evaluation_status();
     Result result = without_point(status, canonical_.evaluation_error() + " at the starting point");
     keep_work(status);
@@ -171,29 +188,8 @@ class Solve {
     return search_ ? finish(best_with(search_->ended(status, why))) : without_point(status, why);
   }
 
-  /// The best of the searches from this start and, as long as they fail, from others.
-  SearchOutcome search_all(Start& start) {
-    barrier_.emplace(*context_, start.point);
-    for (;;) {
-      best_ = best_with(search_from(start));
-      if (!search_failed(best_->status)) break;
-      auto next = next_start();
-      if (!next) break;
-      start = std::move(*next);
-    }
-    SearchOutcome best = std::move(*best_);
-    if (search_failed(best.status) && others_->drawn() > 0) {
-      if (best.message.empty()) best.message = std::string(name_of(best.status));
-      best.message += "\n" + others_->describe();
-    }
-    return best;
-  }
-
-  SearchOutcome search_from(const Start& start) {
-    search_.emplace(*context_, purpose_, *barrier_, *observation_, start, arrays_.search);
-    StepMethod& method = method_for(start);
-    if (auto found = contradiction(*search_)) return std::move(*found);
-    SearchOutcome outcome = search_->run(method, left_);
+  /// The best point instead of the last one, or the least violation instead of none.
+  SearchOutcome improved(SearchOutcome outcome, const Start& start) {
     if (returns_best(outcome)) take_best(outcome);
     const bool is_first = start.how == StepKind::None;
     if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
