@@ -84,7 +84,8 @@ TEST(RobustScope, WhatIsRestrictedTogetherMatters) {
 
   Trajectory apart(3);  // of those behind the constraint alone
   apart.inequality({apart.w[1], apart.w[2]});
-  EXPECT_EQ(apart.scope_of(apart.robust({apart.s[2]})).irrelevant, (Indices{apart.w[1], apart.w[2]}));
+  EXPECT_EQ(apart.scope_of(apart.robust({apart.s[2]})).irrelevant,
+            (Indices{apart.w[1], apart.w[2]}));
 
   Trajectory end(3);  // a state behind the constraint, so all disturbances up to it
   end.inequality({end.s[4]});
