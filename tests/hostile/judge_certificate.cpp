@@ -28,6 +28,7 @@ constexpr double kSmallest = 1e-9;    // of variables in models with small units
 constexpr double kCertain = 1e-13;    // as kWeak, what rounding does not explain
 constexpr double kSign = 1e-9;        // curvature of an equilibrated matrix that has a sign
 constexpr double kWeak = 1e-9;        // multiplier times gradient over the terms that it balances
+constexpr double kTouching = 1e-14;   // distance over 1 + |bound|
 constexpr double kOutside = 1e-8;     // violation over 1 + |bound|
 constexpr double kShareOfGain = 0.1;  // of the predicted change that has to come
 constexpr double kRounding = 1e-13;   // of values
@@ -300,12 +301,7 @@ class CertificateJudge {
       const std::vector<std::size_t> before = active;
       const VectorXd multipliers = z.multipliers;
       active = flipped(before, row);
-      z.multipliers.setZero(static_cast<Eigen::Index>(active.size()));
-      for (std::size_t a = 0; a < active.size(); ++a) {
-        const auto place = std::ranges::lower_bound(before, active[a]);
-        if (place == before.end() || *place != active[a]) continue;
-        z.multipliers[static_cast<Eigen::Index>(a)] = multipliers[place - before.begin()];
-      }
+      z.multipliers = multipliers_on(active, before, multipliers);
       State from_given{given_, z.multipliers};
       CertificateJudgement found;
       if (!solves(active, kReach, z, found)) {
@@ -360,6 +356,12 @@ class CertificateJudge {
       if (distance < -moved_by_relaxation(row, z.v)) return wrong("outside of a bound", k);
       return doubtful("outside of a bound by what bounds are relaxed by");
     }
+    if (const auto touched = touching(active, z, here); touched != active) {
+      State wider{z.v, multipliers_on(touched, active, z.multipliers)};
+      System there;
+      if (!evaluate(touched, wider, there)) return doubtful("undefined at the solution");
+      return judge_solution(touched, wider, there);
+    }
     System certain = here;
     certain.hessian = certain_entries(active, z, here);
     const CertificateJudgement found = judge_curvature(active, z, certain, weak, weak_max);
@@ -372,6 +374,29 @@ class CertificateJudge {
       return found;
     }
     return weak_signs("a multiplier that is little but not zero: " + found.why);
+  }
+
+  /// With the inequalities that are zero away without a multiplier.
+  [[nodiscard]] std::vector<std::size_t> touching(std::vector<std::size_t> active, const State& z,
+                                                  const System& here) const {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const double distance = rows_[k].distance(z.v, here.g);
+      if (std::abs(distance) > kTouching * (1.0 + std::abs(rows_[k].bound))) continue;
+      const auto place = std::ranges::lower_bound(active, k);
+      if (place == active.end() || *place != k) active.insert(place, k);
+    }
+    return active;
+  }
+  [[nodiscard]] static VectorXd multipliers_on(const std::vector<std::size_t>& active,
+                                               const std::vector<std::size_t>& before,
+                                               const VectorXd& multipliers) {
+    VectorXd on = VectorXd::Zero(static_cast<Eigen::Index>(active.size()));
+    for (std::size_t a = 0; a < active.size(); ++a) {
+      const auto place = std::ranges::lower_bound(before, active[a]);
+      if (place == before.end() || *place != active[a]) continue;
+      on[static_cast<Eigen::Index>(a)] = multipliers[place - before.begin()];
+    }
+    return on;
   }
 
   /// Second derivatives without those that rounding of the point and of its multipliers makes.

@@ -84,6 +84,13 @@ TEST(DenseJudges, SeeActiveBounds) {
   expect(bounded(-1.0, 0.0), {{0.0}}, not_first_order);              // not stationary
 }
 
+TEST(DenseJudges, SeeWeaklyActiveBoundsOfTheMaximizer) {
+  Model model;  // phi = -x^2 / 4 for x > 0, where y stays at its bound
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y", -kNoBound, 0.0);
+  model.objective(-0.25 * square(x) + 10.0 * x * y - square(y));
+  expect(model, {{0.0, 0.0}}, {Verdict::Undecided, Verdict::Undecided, CertificateVerdict::False});
+}
+
 TEST(DenseJudges, SeeDependentGradients) {
   Model model;  // an answer y at x = 0 alone
   const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
