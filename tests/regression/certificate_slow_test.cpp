@@ -95,7 +95,7 @@ void judge(const std::string& name, Problem& problem, ExtendedFunctions& functio
       "  %-28s %-10s check: %-14s curvature %9.2e residual %8.1e moved %8.1e weak %d %s| K_yy "
       "%d/%d K %d/%d weak %d %d licq %d %d it %d fact %d after %d\n",
       name.c_str(), std::string(name_of(found.second_order)).c_str(),
-      std::string(name_of(truth.verdict)).c_str(),
+      std::string(verdict_name(truth.verdict)).c_str(),
       std::min(truth.inner_curvature, truth.outer_curvature), truth.stationarity, truth.moved,
       truth.weakly_active, truth.independent ? "" : "dependent ", found.inner.negative,
       found.inner_expected.negative, found.full.negative, found.full_expected.negative,

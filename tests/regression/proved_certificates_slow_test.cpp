@@ -55,7 +55,7 @@ void judge(const std::string& name, const Model& model, const std::vector<double
     tally.farthest = std::max(tally.farthest, result.certificate.proved_within);
   } else if (!name.empty()) {
     std::printf("  %-28s %s (check: %s, weak %d%s)\n", name.c_str(),
-                result.certificate.proof.c_str(), std::string(name_of(truth.verdict)).c_str(),
+                result.certificate.proof.c_str(), std::string(verdict_name(truth.verdict)).c_str(),
                 truth.weakly_active, truth.independent ? "" : ", dependent");
   }
 }

@@ -110,7 +110,7 @@ bool ExtendedProblem::second(const ExtendedVector& v, const ExtendedVector& lamb
   return hessian.allFinite();
 }
 
-std::string_view name_of(Verdict verdict) {
+std::string_view verdict_name(Verdict verdict) {
   constexpr std::string_view kNames[] = {"NotFirstOrder", "LocalMinmax", "Undecided",
                                          "NotLocalMinmax"};
   return kNames[static_cast<std::size_t>(verdict)];

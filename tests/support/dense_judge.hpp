@@ -87,8 +87,8 @@ enum class Verdict : std::uint8_t {
   Undecided,       ///< singular curvature, or dependent or weakly active constraints decide
   NotLocalMinmax,  ///< curvature of a definite wrong sign
 };
-[[nodiscard]] std::string_view name_of(Verdict verdict);
-inline std::ostream& operator<<(std::ostream& out, Verdict v) { return out << name_of(v); }
+[[nodiscard]] std::string_view verdict_name(Verdict verdict);
+inline std::ostream& operator<<(std::ostream& out, Verdict v) { return out << verdict_name(v); }
 
 struct DenseOptimality {
   Verdict verdict = Verdict::NotFirstOrder;
