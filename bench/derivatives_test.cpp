@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <support/dense_optimality.hpp>
+#include <support/dense_judge.hpp>
 
 #include <examples/sequential_chauffeur.hpp>
 #include "baselines/game.hpp"

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <support/autodiff_problem.hpp>
-#include <support/dense_optimality.hpp>
+#include <support/dense_judge.hpp>
 #include <support/forwarding_problem.hpp>
 
 #include "adapter/ipopt/minmax_application.hpp"

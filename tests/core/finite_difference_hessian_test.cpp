@@ -17,7 +17,7 @@
 #include <Eigen/Dense>
 
 #include <support/autodiff_problem.hpp>
-#include <support/dense_optimality.hpp>
+#include <support/dense_judge.hpp>
 #include <support/function_problem.hpp>
 #include <support/without_hessian.hpp>
 

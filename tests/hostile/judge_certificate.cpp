@@ -10,15 +10,15 @@
 #include <Eigen/Core>
 
 #include <hostile/judge_certificate.hpp>
+#include <support/active_rows.hpp>
 #include <support/dense_algebra.hpp>
-#include <support/dense_optimality.hpp>
+#include <support/dense_judge.hpp>
 
 namespace ipminmax::testing {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Places = std::vector<Eigen::Index>;
 
 constexpr double kNear = 1e-3;      // movement of the polish over |v| + kOrigin
 constexpr double kAtOnce = 1e-8;    // the same, where it does not matter whether it contracts
@@ -28,51 +28,13 @@ constexpr double kSmallest = 1e-9;    // of variables in models with small units
 constexpr double kCertain = 1e-13;    // as kWeak, what rounding does not explain
 constexpr double kSign = 1e-9;        // curvature of an equilibrated matrix that has a sign
 constexpr double kWeak = 1e-9;        // multiplier times gradient over the terms that it balances
+constexpr double kTouching = 1e-14;   // distance over 1 + |bound|
 constexpr double kOutside = 1e-8;     // violation over 1 + |bound|
 constexpr double kShareOfGain = 0.1;  // of the predicted change that has to come
 constexpr double kRounding = 1e-13;   // of values
 constexpr int kMostNewtonSteps = 40;
 constexpr int kMostFlips = 8;   // of rows on the way from a guess of the active set to a solution
 constexpr double kReach = 0.5;  // of that way over |v| + kOrigin
-
-/// A finite bound of a variable or row, or an equation.
-struct Row {
-  bool is_variable = false;
-  Eigen::Index index = 0;
-  double side = 0.0;  ///< +1 upper, -1 lower, 0 equation
-  double bound = 0.0;
-  Player owner = Player::Min;
-};
-
-double max_norm(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>(); }
-
-/// Factors d with |d_i a_ij d_j| about at most 1 in every row that is not zero.
-VectorXd equilibration(const MatrixXd& a) {
-  VectorXd d = VectorXd::Ones(a.rows());
-  for (int sweep = 0; sweep < 8; ++sweep) {
-    const MatrixXd scaled = d.asDiagonal() * a * d.asDiagonal();
-    for (Eigen::Index i = 0; i < a.rows(); ++i) {
-      const double largest = scaled.row(i).lpNorm<Eigen::Infinity>();
-      if (largest > 0.0 && std::isfinite(largest)) d[i] /= std::sqrt(largest);
-    }
-  }
-  return d;
-}
-
-VectorXd solve_symmetric(const MatrixXd& a, const VectorXd& rhs) {
-  const VectorXd d = equilibration(a);
-  const MatrixXd scaled = d.asDiagonal() * a * d.asDiagonal();
-  return d.asDiagonal() * least_squares(scaled, d.asDiagonal() * rhs);
-}
-
-/// Orthonormal basis of {d : rows d = 0}, of rows of any length.
-MatrixXd null_space_of_directions(MatrixXd rows, bool& independent) {
-  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
-    const double norm = rows.row(k).norm();
-    if (norm > 0.0) rows.row(k) /= norm;
-  }
-  return null_space(rows, independent);
-}
 
 /// Least eigenvalue of h on the directions of a basis, in units in which it is equilibrated; +infinity
 /// without directions. Zero where the sign is that of entries of the basis which may be rounding.
@@ -164,43 +126,15 @@ class CertificateJudge {
   }
 
   void list_rows(bool relaxed) {
-    rows_.clear();
     const auto relaxation = [&](double bound, double width) {
       double size = std::max(1.0, std::abs(bound));
       if (width > 0.0) size = std::min(size, 100.0 * width);
       return relaxed ? std::min(options_.bound_relax_factor * size, options_.constr_viol_tol) : 0.0;
     };
-    const auto add = [&](Row row, double lower, double upper) {
-      const bool below = lower > options_.nlp_lower_bound_inf;
-      const bool above = upper < options_.nlp_upper_bound_inf;
-      row.side = 0.0;
-      row.bound = lower;
-      if (lower == upper) return rows_.push_back(row);
-      row.side = -1.0;
-      row.bound = lower - (below ? relaxation(lower, upper - lower) : 0.0);
-      if (below) rows_.push_back(row);
-      row.side = 1.0;
-      row.bound = upper + (above ? relaxation(upper, upper - lower) : 0.0);
-      if (above) rows_.push_back(row);
-    };
-    for (const Eigen::Index i : free_) {
-      const auto k = static_cast<std::size_t>(i);
-      add({.is_variable = true, .index = i, .owner = s_.variable_players[k]}, s_.variable_lower[k],
-          s_.variable_upper[k]);
-    }
-    for (std::size_t j = 0; j < s_.constraint_players.size(); ++j) {
-      add({.index = static_cast<Eigen::Index>(j), .owner = s_.constraint_players[j]},
-          s_.constraint_lower[j], s_.constraint_upper[j]);
-    }
+    rows_ = testing::rows_of(s_, free_, options_.nlp_lower_bound_inf, options_.nlp_upper_bound_inf,
+                             relaxation);
   }
 
-  /// Of a row with the sign that its owner wants: >= 0.
-  [[nodiscard]] double wanted_multiplier(const Row& row, double multiplier) const {
-    return (row.owner == Player::Min ? 1.0 : -1.0) * row.side * multiplier;
-  }
-  [[nodiscard]] static double value_of(const Row& row, const VectorXd& v, const VectorXd& g) {
-    return row.is_variable ? v[row.index] : g[row.index];
-  }
   /// Equations, and inequalities whose multiplier is at least threshold times their distance; scaled:
   /// with gradients of length 1.
   [[nodiscard]] std::vector<std::size_t> guess(double threshold, bool scaled = true) {
@@ -210,9 +144,9 @@ class CertificateJudge {
       const Row& row = rows_[k];
       const double length =
           row.is_variable || !scaled ? 1.0 : here.jacobian.row(row.index).lpNorm<Eigen::Infinity>();
-      const double distance = std::abs(row.bound - value_of(row, given_, here.constraints));
+      const double distance = std::abs(row.bound - row.value(given_, here.constraints));
       const double multiplier =
-          wanted_multiplier(row, row.is_variable ? z_[row.index] : lambda_[row.index]) * length;
+          row.wanted(row.is_variable ? z_[row.index] : lambda_[row.index]) * length;
       if (row.side == 0.0 || multiplier * length > threshold * distance) active.push_back(k);
     }
     return active;
@@ -264,7 +198,7 @@ class CertificateJudge {
         out.rows.row(a) = here.jacobian.row(row.index);
         lambda[row.index] += z.multipliers[a];
       }
-      out.violation[a] = value_of(row, z.v, here.constraints) - row.bound;
+      out.violation[a] = row.value(z.v, here.constraints) - row.bound;
       const VectorXd part = z.multipliers[a] * out.rows.row(a).transpose();
       out.gradient += part;
       out.terms += part.cwiseAbs();
@@ -278,16 +212,14 @@ class CertificateJudge {
                                  State& z, double& length) const {
     const auto n = static_cast<Eigen::Index>(variables.size());
     const auto k = static_cast<Eigen::Index>(rows.size());
-    MatrixXd kkt = MatrixXd::Zero(n + k, n + k);
-    kkt.topLeftCorner(n, n) = here.hessian(variables, variables);
-    kkt.bottomLeftCorner(k, n) = here.rows(rows, variables);
-    kkt.topRightCorner(n, k) = kkt.bottomLeftCorner(k, n).transpose();
     VectorXd rhs(n + k);
     rhs << -here.gradient(variables), -here.violation(rows);
     if (n + k == 0) {
       length = 0.0;
       return true;
     }
+    const MatrixXd kkt =
+        kkt_matrix<double>(here.hessian(variables, variables), here.rows(rows, variables));
     const VectorXd step = solve_symmetric(kkt, rhs);
     if (!step.allFinite()) return false;
     length = 0.0;
@@ -369,12 +301,7 @@ class CertificateJudge {
       const std::vector<std::size_t> before = active;
       const VectorXd multipliers = z.multipliers;
       active = flipped(before, row);
-      z.multipliers.setZero(static_cast<Eigen::Index>(active.size()));
-      for (std::size_t a = 0; a < active.size(); ++a) {
-        const auto place = std::ranges::lower_bound(before, active[a]);
-        if (place == before.end() || *place != active[a]) continue;
-        z.multipliers[static_cast<Eigen::Index>(a)] = multipliers[place - before.begin()];
-      }
+      z.multipliers = multipliers_on(active, before, multipliers);
       State from_given{given_, z.multipliers};
       CertificateJudgement found;
       if (!solves(active, kReach, z, found)) {
@@ -411,7 +338,7 @@ class CertificateJudge {
       const Row& row = rows_[active[a]];
       is_active[active[a]] = true;
       if (row.side == 0.0) continue;
-      const double multiplier = wanted_multiplier(row, z.multipliers[static_cast<Eigen::Index>(a)]);
+      const double multiplier = row.wanted(z.multipliers[static_cast<Eigen::Index>(a)]);
       const double share = share_of(here, z.v, static_cast<Eigen::Index>(a), multiplier);
       if (share < -kWeak) {
         return are_independent(active, here, row.owner)
@@ -424,10 +351,16 @@ class CertificateJudge {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const Row& row = rows_[k];
       if (is_active[k]) continue;
-      const double distance = row.side * (row.bound - value_of(row, z.v, here.g));
+      const double distance = row.distance(z.v, here.g);
       if (distance >= -kOutside * (1.0 + std::abs(row.bound))) continue;
       if (distance < -moved_by_relaxation(row, z.v)) return wrong("outside of a bound", k);
       return doubtful("outside of a bound by what bounds are relaxed by");
+    }
+    if (const auto touched = touching(active, z, here); touched != active) {
+      State wider{z.v, multipliers_on(touched, active, z.multipliers)};
+      System there;
+      if (!evaluate(touched, wider, there)) return doubtful("undefined at the solution");
+      return judge_solution(touched, wider, there);
     }
     System certain = here;
     certain.hessian = certain_entries(active, z, here);
@@ -441,6 +374,29 @@ class CertificateJudge {
       return found;
     }
     return weak_signs("a multiplier that is little but not zero: " + found.why);
+  }
+
+  /// With the inequalities that are zero away without a multiplier.
+  [[nodiscard]] std::vector<std::size_t> touching(std::vector<std::size_t> active, const State& z,
+                                                  const System& here) const {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const double distance = rows_[k].distance(z.v, here.g);
+      if (std::abs(distance) > kTouching * (1.0 + std::abs(rows_[k].bound))) continue;
+      const auto place = std::ranges::lower_bound(active, k);
+      if (place == active.end() || *place != k) active.insert(place, k);
+    }
+    return active;
+  }
+  [[nodiscard]] static VectorXd multipliers_on(const std::vector<std::size_t>& active,
+                                               const std::vector<std::size_t>& before,
+                                               const VectorXd& multipliers) {
+    VectorXd on = VectorXd::Zero(static_cast<Eigen::Index>(active.size()));
+    for (std::size_t a = 0; a < active.size(); ++a) {
+      const auto place = std::ranges::lower_bound(before, active[a]);
+      if (place == before.end() || *place != active[a]) continue;
+      on[static_cast<Eigen::Index>(a)] = multipliers[place - before.begin()];
+    }
+    return on;
   }
 
   /// Second derivatives without those that rounding of the point and of its multipliers makes.
@@ -481,7 +437,7 @@ class CertificateJudge {
     for (std::size_t a = 0; a < active.size(); ++a) {
       if (!weak[a]) continue;
       const auto place = static_cast<Eigen::Index>(a);
-      const double multiplier = wanted_multiplier(rows_[active[a]], z.multipliers[place]);
+      const double multiplier = rows_[active[a]].wanted(z.multipliers[place]);
       if (share_of(here, z.v, place, multiplier, kSmallest) > kCertain) return true;
     }
     return false;
@@ -499,7 +455,7 @@ class CertificateJudge {
         if (weak[static_cast<std::size_t>(place - active.begin())]) return true;
         continue;
       }
-      const double distance = row.side * (row.bound - value_of(row, z.v, here.g));
+      const double distance = row.distance(z.v, here.g);
       if (distance <= kNear * (kOrigin + max_norm(z.v))) return true;
     }
     return false;
@@ -535,8 +491,8 @@ class CertificateJudge {
                                      Player owner) const {
     bool independent = true;
     const Places rows = rows_of(active, owner, nullptr);
-    static_cast<void>(
-        null_space_of_directions(here.rows(rows, owner == Player::Min ? x_ : y_), independent));
+    static_cast<void>(null_space_of_directions<double>(
+        here.rows(rows, owner == Player::Min ? x_ : y_), independent));
     return independent;
   }
 
@@ -545,8 +501,9 @@ class CertificateJudge {
                                                      const std::vector<bool>& weak, bool weak_max) {
     bool independent = true;
     const Places strong = rows_of(active, Player::Max, &weak);
-    const double inner = smallest_curvature(
-        -here.hessian(y_, y_), null_space_of_directions(here.rows(strong, y_), independent));
+    const double inner =
+        smallest_curvature(-here.hessian(y_, y_),
+                           null_space_of_directions<double>(here.rows(strong, y_), independent));
     // With dependent gradients other multipliers may be right, or nothing else be feasible.
     if (!independent) return doubtful("dependent gradients of the maximizer");
     if (inner < -kSign) return wrong("inner curvature " + text(-inner));
@@ -555,11 +512,11 @@ class CertificateJudge {
     double outer = std::numeric_limits<double>::infinity();
     for (const bool with_weak : {false, true}) {
       const Places max_rows = rows_of(active, Player::Max, with_weak ? nullptr : &weak);
-      static_cast<void>(null_space_of_directions(here.rows(max_rows, y_), independent));
+      static_cast<void>(null_space_of_directions<double>(here.rows(max_rows, y_), independent));
       if (!independent) return doubtful("dependent gradients of the maximizer");
       const MatrixXd schur = complement(here, max_rows);
       const Places min_rows = rows_of(active, Player::Min, &weak);
-      const MatrixXd basis = null_space_of_directions(here.rows(min_rows, x_), independent);
+      const MatrixXd basis = null_space_of_directions<double>(here.rows(min_rows, x_), independent);
       // With dependent gradients of the minimizer other multipliers may be right.
       const double curvature = smallest_curvature(schur, basis);
       if (!independent && curvature < -kSign) {
@@ -576,21 +533,8 @@ class CertificateJudge {
     return sample(active, z, here, std::min(inner, outer));
   }
 
-  /// H_xx - N' M^-1 N with M = [H_yy A_y'; A_y 0], N = [H_yx; A_x], A the rows of Max.
   [[nodiscard]] MatrixXd complement(const System& here, const Places& max_rows) const {
-    const auto ny = static_cast<Eigen::Index>(y_.size()), nx = static_cast<Eigen::Index>(x_.size());
-    const auto k = static_cast<Eigen::Index>(max_rows.size());
-    if (ny + k == 0) return here.hessian(x_, x_);
-    MatrixXd inner = MatrixXd::Zero(ny + k, ny + k), coupling(ny + k, nx);
-    inner.topLeftCorner(ny, ny) = here.hessian(y_, y_);
-    inner.bottomLeftCorner(k, ny) = here.rows(max_rows, y_);
-    inner.topRightCorner(ny, k) = inner.bottomLeftCorner(k, ny).transpose();
-    coupling.topRows(ny) = here.hessian(y_, x_);
-    coupling.bottomRows(k) = here.rows(max_rows, x_);
-    const VectorXd d = equilibration(inner);
-    const MatrixXd scaled = d.asDiagonal() * inner * d.asDiagonal();
-    const MatrixXd right = d.asDiagonal() * coupling;
-    return here.hessian(x_, x_) - right.transpose() * solve_pivoting(scaled, right);
+    return schur_complement<double>(here.hessian, here.rows(max_rows, Eigen::all), x_, y_);
   }
 
   // --- Values -------------------------------------------------------------------------------------
@@ -639,10 +583,10 @@ class CertificateJudge {
     const MatrixXd h =
         mover == Player::Min ? complement(here, max_rows) : MatrixXd(-here.hessian(y_, y_));
     bool independent = true;
-    const MatrixXd basis = null_space_of_directions(here.rows(own, variables), independent);
+    const MatrixXd basis = null_space_of_directions<double>(here.rows(own, variables), independent);
     if (basis.cols() == 0) return true;
     const VectorXd weights = VectorXd::NullaryExpr(basis.cols(), [&] { return normal(); });
-    const VectorXd d = equilibration(basis.transpose() * h * basis);
+    const VectorXd d = equilibration<double>(basis.transpose() * h * basis);
     const VectorXd direction = basis * VectorXd(d.asDiagonal() * weights / weights.norm());
     const double slope = direction.dot(h * direction);
     double last = std::numeric_limits<double>::quiet_NaN();
@@ -740,7 +684,7 @@ class CertificateJudge {
   }
   [[nodiscard]] bool is_inside(const VectorXd& v, const VectorXd& g) const {
     return std::ranges::all_of(rows_, [&](const Row& row) {
-      const double off = value_of(row, v, g) - row.bound;
+      const double off = row.value(v, g) - row.bound;
       return row.side == 0.0 ? off == 0.0 : row.side * off <= 0.0;
     });
   }

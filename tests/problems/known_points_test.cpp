@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <problems/small_problems.hpp>
-#include <support/dense_optimality.hpp>
+#include <support/dense_judge.hpp>
 
 namespace ipminmax::testing {
 namespace {

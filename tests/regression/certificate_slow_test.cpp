@@ -13,7 +13,7 @@
 #include <problems/scalable_problems.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <regression/scalable_nlp.hpp>
-#include <support/extended_optimality.hpp>
+#include <support/dense_judge.hpp>
 #include <support/units_problem.hpp>
 
 #include "core/solver.hpp"
@@ -74,9 +74,9 @@ void judge(const std::string& name, Problem& problem, ExtendedFunctions& functio
   const Certificate& found = result.certificate;
   const bool refuted = found.second_order == SecondOrder::Violated;
   if (!is_success(result.status) && !refuted) return;
-  const ExtendedOptimality truth = extended_optimality(functions, result);
+  const DenseOptimality truth = optimality_near(functions, result);
   const bool certified = found.kind == PointKind::LocalMinmax;
-  const bool strict = truth.verdict == ExtendedVerdict::Strict;
+  const bool strict = truth.verdict == Verdict::LocalMinmax;
   if (is_success(result.status)) {
     ++tally.solved;
     tally.certified += certified;
@@ -87,16 +87,17 @@ void judge(const std::string& name, Problem& problem, ExtendedFunctions& functio
     }
     tally.strict += strict;
     tally.strict_certified += strict && certified;
-    tally.unjustified += certified && truth.verdict == ExtendedVerdict::Wrong;
+    tally.unjustified += certified && truth.verdict == Verdict::NotLocalMinmax;
   }
   tally.wrongly_refuted += refuted && strict;
   if (certified == strict && !(refuted && strict)) return;
   std::printf(
-      "  %-28s %-10s check: %-11s curvature %9.2Le residual %8.1Le moved %8.1Le weak %d %s| K_yy "
+      "  %-28s %-10s check: %-14s curvature %9.2e residual %8.1e moved %8.1e weak %d %s| K_yy "
       "%d/%d K %d/%d weak %d %d licq %d %d it %d fact %d after %d\n",
       name.c_str(), std::string(name_of(found.second_order)).c_str(),
-      std::string(name_of(truth.verdict)).c_str(), truth.curvature, truth.residual, truth.moved,
-      truth.weak, truth.independent ? "" : "dependent ", found.inner.negative,
+      std::string(verdict_name(truth.verdict)).c_str(),
+      std::min(truth.inner_curvature, truth.outer_curvature), truth.stationarity, truth.moved,
+      truth.weakly_active, truth.independent ? "" : "dependent ", found.inner.negative,
       found.inner_expected.negative, found.full.negative, found.full_expected.negative,
       found.weakly_active_min, found.weakly_active_max, found.licq_min, found.licq_max,
       result.iterations, result.factorizations, result.factorizations - iterating);
@@ -150,8 +151,8 @@ TEST(CertificateTable, InOtherUnits) {
     const bool refuted = found.second_order == SecondOrder::Violated;
     if (!is_success(result.status) && !refuted) return;
     ExtendedModel functions(model);
-    const ExtendedOptimality truth = extended_optimality(functions, other.original(result));
-    const bool strict = truth.verdict == ExtendedVerdict::Strict;
+    const DenseOptimality truth = optimality_near(functions, other.original(result));
+    const bool strict = truth.verdict == Verdict::LocalMinmax;
     const std::vector<double> v = other.original(result).v;
     double size = 1.0;
     for (const double value : v) size = std::max(size, std::abs(value));
@@ -161,11 +162,11 @@ TEST(CertificateTable, InOtherUnits) {
       return reason.kind == CertificateReason::Kind::Relaxed;
     });
     // Elsewhere the check is about another point than the one between relaxed bounds.
-    const bool wrong = truth.verdict == ExtendedVerdict::Wrong && truth.moved < 1e-6;
+    const bool wrong = truth.verdict == Verdict::NotLocalMinmax && truth.moved < 1e-6;
     EXPECT_FALSE(refuted && strict_there) << name;
     EXPECT_FALSE(found.kind == PointKind::LocalMinmax && wrong) << name;
     EXPECT_FALSE(found.kind == PointKind::LocalMinmax && strict && !strict_there && !relaxed)
-        << name << ": the solution is farther by " << static_cast<double>(truth.moved);
+        << name << ": the solution is farther by " << truth.moved;
     if (refuted || !strict_there) return;
     ++all;
     if (found.kind == PointKind::LocalMinmax) {

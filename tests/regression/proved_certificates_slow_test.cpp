@@ -9,7 +9,7 @@
 
 #include <problems/random_game.hpp>
 #include <regression/hock_schittkowski.hpp>
-#include <support/extended_optimality.hpp>
+#include <support/dense_judge.hpp>
 #include <support/tape_over_boxes.hpp>
 
 #include "core/proof/local_minmax.hpp"
@@ -40,23 +40,23 @@ void judge(const std::string& name, const Model& model, const std::vector<double
   tally.seconds_proof += seconds_since(middle);
   tally.seconds_solve += solve_seconds;
   ExtendedModel functions(model);
-  const ExtendedOptimality truth = extended_optimality(functions, result);
-  const bool strict = truth.verdict == ExtendedVerdict::Strict;
+  const DenseOptimality truth = optimality_near(functions, result);
+  const bool strict = truth.verdict == Verdict::LocalMinmax;
   // Strict complementarity and independent gradients, which the proof needs.
-  const bool regular = strict && truth.weak == 0 && truth.independent;
+  const bool regular = strict && truth.weakly_active == 0 && truth.independent;
   const bool proved = result.certificate.proved;
   ++tally.certified;
   tally.strict += strict;
   tally.proved += proved;
   tally.regular += regular;
   tally.regular_proved += regular && proved;
-  tally.false_proofs += proved && truth.verdict == ExtendedVerdict::Wrong;
+  tally.false_proofs += proved && truth.verdict == Verdict::NotLocalMinmax;
   if (proved) {
     tally.farthest = std::max(tally.farthest, result.certificate.proved_within);
   } else if (!name.empty()) {
     std::printf("  %-28s %s (check: %s, weak %d%s)\n", name.c_str(),
-                result.certificate.proof.c_str(), std::string(name_of(truth.verdict)).c_str(),
-                truth.weak, truth.independent ? "" : ", dependent");
+                result.certificate.proof.c_str(), std::string(verdict_name(truth.verdict)).c_str(),
+                truth.weakly_active, truth.independent ? "" : ", dependent");
   }
 }
 

@@ -15,7 +15,7 @@
 #include <regression/problem_tnlp.hpp>
 #include <regression/scalable_nlp.hpp>
 #include <support/dense_algebra.hpp>
-#include <support/dense_optimality.hpp>
+#include <support/dense_judge.hpp>
 
 #include "core/solver.hpp"
 

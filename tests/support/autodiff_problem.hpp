@@ -187,6 +187,7 @@ class Model {
   [[nodiscard]] const Expression& objective() const { return objective_; }
   [[nodiscard]] const std::vector<Expression>& constraints() const { return constraints_; }
   [[nodiscard]] const Tape& tape() const { return *tape_; }
+  [[nodiscard]] std::shared_ptr<const Tape> shared_tape() const { return tape_; }
   /// The variable that was made as number i.
   [[nodiscard]] Expression variable(std::size_t i) const {
     for (std::size_t k = 0; k < tape_->size(); ++k) {
@@ -200,7 +201,6 @@ class Model {
 
  private:
   friend class AutodiffProblem;
-  friend class ExtendedModel;
   friend class NlWriter;
 
   std::shared_ptr<Tape> tape_ = std::make_shared<Tape>();
@@ -208,6 +208,134 @@ class Model {
   Expression objective_;
   std::vector<Expression> constraints_;
   std::vector<std::optional<Player>> owners_;
+};
+
+/// Sweeps over a tape with numbers of type T.
+template <typename T>
+class TapeSweeps {
+ public:
+  explicit TapeSweeps(std::shared_ptr<const Tape> tape)
+      : tape_(std::move(tape)),
+        local_(tape_->size()),
+        adjoint_(tape_->size()),
+        tangent_(tape_->size()),
+        adjoint_tangent_(tape_->size()) {}
+
+  [[nodiscard]] T value(const Expression& e) const {
+    return e.is_constant() ? T{e.constant()} : local_[e.position()].value;
+  }
+  /// Of what was seeded, at the last sweep back.
+  [[nodiscard]] T adjoint(std::size_t position) const { return adjoint_[position]; }
+  [[nodiscard]] T adjoint_tangent(std::size_t position) const { return adjoint_tangent_[position]; }
+
+  void clear_seeds() { std::ranges::fill(adjoint_, T{0}); }
+  void seed(const Expression& e, T weight) {
+    if (!e.is_constant()) adjoint_[e.position()] += weight;
+  }
+
+  void forward(std::span<const T> v) {
+    if (std::ranges::equal(v, evaluated_at_)) return;
+    evaluated_at_.assign(v.begin(), v.end());
+    const Tape& tape = *tape_;
+    for (std::size_t k = 0; k < tape.size(); ++k) {
+      const Operation& operation = tape[k];
+      if (operation.kind == Operation::Kind::Variable) {
+        local_[k].value = v[operation.a];
+      } else {
+        const T b = operation.has_two_operands() ? local_[operation.b].value : T{0};
+        local_[k] = evaluate(operation, local_[operation.a].value, b);
+      }
+    }
+  }
+
+  /// Derivative of every operation along variable number direction.
+  void tangent(std::size_t direction) {
+    const Tape& tape = *tape_;
+    for (std::size_t k = 0; k < tape.size(); ++k) {
+      const Operation& operation = tape[k];
+      if (operation.kind == Operation::Kind::Variable) {
+        tangent_[k] = operation.a == direction ? 1 : 0;
+        continue;
+      }
+      tangent_[k] = local_[k].da * tangent_[operation.a];
+      if (operation.has_two_operands()) tangent_[k] += local_[k].db * tangent_[operation.b];
+    }
+  }
+
+  void back() {
+    const Tape& tape = *tape_;
+    for (std::size_t k = tape.size(); k-- > 0;) {
+      const Operation& operation = tape[k];
+      if (adjoint_[k] == 0 || operation.kind == Operation::Kind::Variable) continue;
+      adjoint_[operation.a] += local_[k].da * adjoint_[k];
+      if (operation.has_two_operands()) adjoint_[operation.b] += local_[k].db * adjoint_[k];
+    }
+  }
+
+  /// The same and its derivative along the direction of the last tangent.
+  void back_with_tangent() {
+    const Tape& tape = *tape_;
+    std::ranges::fill(adjoint_tangent_, T{0});
+    for (std::size_t k = tape.size(); k-- > 0;) {
+      const Operation& operation = tape[k];
+      const T weight = adjoint_[k];
+      const T slope = adjoint_tangent_[k];
+      if ((weight == 0 && slope == 0) || operation.kind == Operation::Kind::Variable) continue;
+      const Local& local = local_[k];
+      T da_tangent = local.daa * tangent_[operation.a];
+      if (operation.has_two_operands()) {
+        da_tangent += local.dab * tangent_[operation.b];
+        adjoint_[operation.b] += local.db * weight;
+        adjoint_tangent_[operation.b] +=
+            local.db * slope + local.dab * tangent_[operation.a] * weight;
+      }
+      adjoint_[operation.a] += local.da * weight;
+      adjoint_tangent_[operation.a] += local.da * slope + da_tangent * weight;
+    }
+  }
+
+ private:
+  /// Value and partial derivatives of one operation with respect to its operands.
+  struct Local {
+    T value = 0;
+    T da = 0, db = 0;
+    T daa = 0, dab = 0;  // no operation has a second derivative in b
+  };
+
+  static Local evaluate(const Operation& operation, T a, T b) {
+    const T c = operation.c;
+    switch (operation.kind) {
+      case Operation::Kind::Variable:
+        return {};
+      case Operation::Kind::Shift:
+        return {a + c, 1};
+      case Operation::Kind::Scale:
+        return {c * a, c};
+      case Operation::Kind::Reciprocal:
+        return {c / a, -c / (a * a), 0, 2 * c / (a * a * a)};
+      case Operation::Kind::Power:
+        if (c == 2) return {a * a, 2 * a, 0, 2};
+        return {std::pow(a, c), c * std::pow(a, c - 1), 0, c * (c - 1) * std::pow(a, c - 2)};
+      case Operation::Kind::Exp:
+        return {std::exp(a), std::exp(a), 0, std::exp(a)};
+      case Operation::Kind::Log:
+        return {std::log(a), 1 / a, 0, -1 / (a * a)};
+      case Operation::Kind::Sin:
+        return {std::sin(a), std::cos(a), 0, -std::sin(a)};
+      case Operation::Kind::Cos:
+        return {std::cos(a), -std::sin(a), 0, -std::cos(a)};
+      case Operation::Kind::Add:
+        return {a + b, 1, 1};
+      case Operation::Kind::Multiply:
+        return {a * b, b, a, 0, 1};
+    }
+    return {};
+  }
+
+  std::shared_ptr<const Tape> tape_;
+  std::vector<T> evaluated_at_;
+  std::vector<Local> local_;
+  std::vector<T> adjoint_, tangent_, adjoint_tangent_;
 };
 
 /// The problem of a Model. Evaluations return false where a value or derivative is not finite.
@@ -219,10 +347,7 @@ class AutodiffProblem : public Problem {
         objective_(model.objective_),
         constraints_(model.constraints_),
         start_(std::move(start)),
-        local_(tape_->size()),
-        adjoint_(tape_->size()),
-        tangent_(tape_->size()),
-        adjoint_tangent_(tape_->size()) {
+        sweeps_(tape_) {
     find_structure();
     structure_.constraint_players = implied_constraint_players(structure_);
     for (std::size_t i = 0; i < constraints_.size(); ++i) {
@@ -241,35 +366,35 @@ class AutodiffProblem : public Problem {
   }
 
   [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
-    sweep_forward(v);
-    f = value(objective_);
+    sweeps_.forward(v);
+    f = sweeps_.value(objective_);
     return std::isfinite(f);
   }
 
   [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
-    sweep_forward(v);
-    std::ranges::fill(adjoint_, 0.0);
-    seed(objective_, 1.0);
-    sweep_back();
-    for (std::size_t i = 0; i < grad.size(); ++i) grad[i] = adjoint_[variable_positions_[i]];
+    sweeps_.forward(v);
+    sweeps_.clear_seeds();
+    sweeps_.seed(objective_, 1.0);
+    sweeps_.back();
+    for (std::size_t i = 0; i < grad.size(); ++i) grad[i] = sweeps_.adjoint(variable_positions_[i]);
     return all_finite(grad);
   }
 
   [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override {
-    sweep_forward(v);
-    for (std::size_t i = 0; i < g.size(); ++i) g[i] = value(constraints_[i]);
+    sweeps_.forward(v);
+    for (std::size_t i = 0; i < g.size(); ++i) g[i] = sweeps_.value(constraints_[i]);
     return all_finite(g);
   }
 
   [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override {
-    sweep_forward(v);
+    sweeps_.forward(v);
     std::size_t entry = 0;
     for (std::size_t row = 0; row < constraints_.size(); ++row) {
-      std::ranges::fill(adjoint_, 0.0);
-      seed(constraints_[row], 1.0);
-      sweep_back();
+      sweeps_.clear_seeds();
+      sweeps_.seed(constraints_[row], 1.0);
+      sweeps_.back();
       for (; entry < values.size() && at(structure_.jacobian[entry].row) == row; ++entry) {
-        values[entry] = adjoint_[variable_positions_[at(structure_.jacobian[entry].col)]];
+        values[entry] = sweeps_.adjoint(variable_positions_[at(structure_.jacobian[entry].col)]);
       }
     }
     return all_finite(values);
@@ -278,17 +403,18 @@ class AutodiffProblem : public Problem {
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double sigma,
                              std::span<const double> lambda, bool,
                              std::span<double> values) override {
-    sweep_forward(v);
+    sweeps_.forward(v);
     std::size_t entry = 0;
     while (entry < values.size()) {
       const std::size_t col = at(structure_.hessian[entry].col);
-      sweep_tangent(col);
-      std::ranges::fill(adjoint_, 0.0);
-      seed(objective_, sigma);
-      for (std::size_t i = 0; i < constraints_.size(); ++i) seed(constraints_[i], lambda[i]);
-      sweep_back_with_tangent();
+      sweeps_.tangent(col);
+      sweeps_.clear_seeds();
+      sweeps_.seed(objective_, sigma);
+      for (std::size_t i = 0; i < lambda.size(); ++i) sweeps_.seed(constraints_[i], lambda[i]);
+      sweeps_.back_with_tangent();
       for (; entry < values.size() && at(structure_.hessian[entry].col) == col; ++entry) {
-        values[entry] = adjoint_tangent_[variable_positions_[at(structure_.hessian[entry].row)]];
+        values[entry] =
+            sweeps_.adjoint_tangent(variable_positions_[at(structure_.hessian[entry].row)]);
       }
     }
     return all_finite(values);
@@ -297,25 +423,10 @@ class AutodiffProblem : public Problem {
  private:
   using Mask = std::uint64_t;  ///< a set of variables
 
-  /// Value and partial derivatives of one operation with respect to its operands.
-  struct Local {
-    double value = 0.0;
-    double da = 0.0, db = 0.0;
-    double daa = 0.0, dab = 0.0;  // no operation has a second derivative in b
-  };
-
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
   static bool all_finite(std::span<const double> values) {
     return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
-  }
-
-  [[nodiscard]] double value(const Expression& e) const {
-    return e.is_constant() ? e.constant() : local_[e.position()].value;
-  }
-
-  void seed(const Expression& e, double weight) {
-    if (!e.is_constant()) adjoint_[e.position()] += weight;
   }
 
   /// Which variables each formula depends on, and which pairs of them nonlinearly.
@@ -369,108 +480,13 @@ class AutodiffProblem : public Problem {
     for (; set != 0; set &= set - 1) function(static_cast<Index>(std::countr_zero(set)));
   }
 
-  void sweep_forward(std::span<const double> v) {
-    if (std::ranges::equal(v, evaluated_at_)) return;
-    evaluated_at_.assign(v.begin(), v.end());
-    const Tape& tape = *tape_;
-    for (std::size_t k = 0; k < tape.size(); ++k) {
-      const Operation& operation = tape[k];
-      if (operation.kind == Operation::Kind::Variable) {
-        local_[k].value = v[operation.a];
-      } else {
-        const double b = operation.has_two_operands() ? local_[operation.b].value : 0.0;
-        local_[k] = evaluate(operation, local_[operation.a].value, b);
-      }
-    }
-  }
-
-  static Local evaluate(const Operation& operation, double a, double b) {
-    const double c = operation.c;
-    switch (operation.kind) {
-      case Operation::Kind::Variable:
-        return {};
-      case Operation::Kind::Shift:
-        return {a + c, 1.0};
-      case Operation::Kind::Scale:
-        return {c * a, c};
-      case Operation::Kind::Reciprocal:
-        return {c / a, -c / (a * a), 0.0, 2.0 * c / (a * a * a)};
-      case Operation::Kind::Power:
-        if (c == 2.0) return {a * a, 2.0 * a, 0.0, 2.0};
-        return {std::pow(a, c), c * std::pow(a, c - 1.0), 0.0,
-                c * (c - 1.0) * std::pow(a, c - 2.0)};
-      case Operation::Kind::Exp:
-        return {std::exp(a), std::exp(a), 0.0, std::exp(a)};
-      case Operation::Kind::Log:
-        return {std::log(a), 1.0 / a, 0.0, -1.0 / (a * a)};
-      case Operation::Kind::Sin:
-        return {std::sin(a), std::cos(a), 0.0, -std::sin(a)};
-      case Operation::Kind::Cos:
-        return {std::cos(a), -std::sin(a), 0.0, -std::cos(a)};
-      case Operation::Kind::Add:
-        return {a + b, 1.0, 1.0};
-      case Operation::Kind::Multiply:
-        return {a * b, b, a, 0.0, 1.0};
-    }
-    return {};
-  }
-
-  /// Derivative of every operation along variable number direction.
-  void sweep_tangent(std::size_t direction) {
-    const Tape& tape = *tape_;
-    for (std::size_t k = 0; k < tape.size(); ++k) {
-      const Operation& operation = tape[k];
-      if (operation.kind == Operation::Kind::Variable) {
-        tangent_[k] = operation.a == direction ? 1.0 : 0.0;
-        continue;
-      }
-      tangent_[k] = local_[k].da * tangent_[operation.a];
-      if (operation.has_two_operands()) tangent_[k] += local_[k].db * tangent_[operation.b];
-    }
-  }
-
-  void sweep_back() {
-    const Tape& tape = *tape_;
-    for (std::size_t k = tape.size(); k-- > 0;) {
-      const Operation& operation = tape[k];
-      if (adjoint_[k] == 0.0 || operation.kind == Operation::Kind::Variable) continue;
-      adjoint_[operation.a] += local_[k].da * adjoint_[k];
-      if (operation.has_two_operands()) adjoint_[operation.b] += local_[k].db * adjoint_[k];
-    }
-  }
-
-  /// The same and its derivative along the direction of the last sweep_tangent.
-  void sweep_back_with_tangent() {
-    const Tape& tape = *tape_;
-    std::ranges::fill(adjoint_tangent_, 0.0);
-    for (std::size_t k = tape.size(); k-- > 0;) {
-      const Operation& operation = tape[k];
-      const double weight = adjoint_[k];
-      const double slope = adjoint_tangent_[k];
-      if ((weight == 0.0 && slope == 0.0) || operation.kind == Operation::Kind::Variable) continue;
-      const Local& local = local_[k];
-      double da_tangent = local.daa * tangent_[operation.a];
-      if (operation.has_two_operands()) {
-        da_tangent += local.dab * tangent_[operation.b];
-        adjoint_[operation.b] += local.db * weight;
-        adjoint_tangent_[operation.b] +=
-            local.db * slope + local.dab * tangent_[operation.a] * weight;
-      }
-      adjoint_[operation.a] += local.da * weight;
-      adjoint_tangent_[operation.a] += local.da * slope + da_tangent * weight;
-    }
-  }
-
   std::shared_ptr<const Tape> tape_;
   ProblemStructure structure_;
   Expression objective_;
   std::vector<Expression> constraints_;
   std::vector<double> start_;
   std::vector<std::size_t> variable_positions_;  ///< of the variables on the tape
-
-  std::vector<double> evaluated_at_;
-  std::vector<Local> local_;
-  std::vector<double> adjoint_, tangent_, adjoint_tangent_;
+  TapeSweeps<double> sweeps_;
 };
 
 }  // namespace ipminmax::testing

@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include <support/active_rows.hpp>
 #include <support/dense_algebra.hpp>
 
 namespace ipminmax::testing {
@@ -35,20 +36,9 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b
   return a.completeOrthogonalDecomposition().solve(b);
 }
 
-Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, bool& independent) {
-  if (rows.rows() == 0 || rows.cols() == 0) {
-    independent = rows.rows() == 0;
-    return Eigen::MatrixXd::Identity(rows.cols(), rows.cols());
-  }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
-  qr.setThreshold(1e-9);
-  independent = qr.rank() == rows.rows();
-  return Eigen::MatrixXd(qr.householderQ()).rightCols(rows.cols() - qr.rank());
-}
-
 Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows) {
   bool independent = true;
-  return null_space(rows, independent);
+  return null_space<double>(rows, independent);
 }
 
 }  // namespace ipminmax::testing

@@ -24,9 +24,7 @@ namespace ipminmax::testing {
 /// The shortest x of those that make |a x - b| least.
 [[nodiscard]] Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
-/// Orthonormal columns that span {d : rows d = 0}; independent: whether the rows are, pivots of
-/// 1e-9 of the largest apart.
-[[nodiscard]] Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, bool& independent);
+/// Orthonormal columns that span {d : rows d = 0}.
 [[nodiscard]] Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows);
 
 }  // namespace ipminmax::testing

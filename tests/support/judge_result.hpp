@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include <support/dense_optimality.hpp>
+#include <support/dense_judge.hpp>
 
 #include "core/problem.hpp"
 #include "core/result.hpp"
