@@ -13,7 +13,8 @@ namespace ipminmax {
 
 /// Threads that wait between the pieces of work of one caller: made when they are first needed,
 /// with the signals blocked that a program handles in its own threads, joined by the destructor.
-/// In a child of fork, where they do not exist, they are made anew.
+/// In a child of fork, where they do not exist, they are made anew; one that is made in the middle
+/// of their work must not return into it.
 class Workers : Uncopied {
  public:
   Workers();

@@ -41,7 +41,10 @@ std::string error_over_y(Problem& model, const SolverOptions& options) {
                       : options.minmax_epigraph          ? "minmax_epigraph"
                       : options.minmax_epigraph_at_kinks ? "minmax_epigraph_at_kinks"
                                                          : nullptr;
-  if (asked == nullptr || !has_max_variables(model.structure())) return {};
+  if (asked == nullptr || !check_indices(model.structure()).empty() ||
+      !has_max_variables(model.structure())) {
+    return {};
+  }
   if (options.minmax_worst_case_proof && model.over_boxes() == nullptr) {
     return "minmax_worst_case_proof needs a model whose formulas are known (docs/proof.md)";
   }

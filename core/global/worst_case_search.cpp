@@ -70,7 +70,12 @@ MaximaOfRows WorstCaseSearch::run(const std::vector<double>& v, Index starts,
     std::deque<Witnesses> witnesses;
     while (witnesses.size() < sides.size()) witnesses.emplace_back(program_.asked_s);
     share_tasks(workers_, clones_.size(), sides.size(), [&](std::size_t k, std::size_t thread) {
-      maximize_side(k, *clones_[thread], work[k], witnesses[k]);
+      try {
+        maximize_side(k, *clones_[thread], work[k], witnesses[k]);
+      } catch (...) {
+        program_.budget.stop(Status::UserStop);  // of the other threads
+        throw;
+      }
     });
     for (const auto k : indices(work)) {
       add_work(work[k], program_.work);

@@ -66,7 +66,12 @@ bool Budget::tell(Index start, const IterationInfo& info) {
   if (!listener_.on_iteration) return !ended();
   const std::lock_guard lock(listening_);
   if (ended()) return false;
-  if (listener_.on_iteration(start, info)) return true;
+  try {
+    if (listener_.on_iteration(start, info)) return true;
+  } catch (...) {
+    stop(Status::UserStop);  // of other threads
+    throw;
+  }
   stop(Status::UserStop);
   return false;
 }

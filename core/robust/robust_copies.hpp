@@ -84,14 +84,16 @@ class RobustCopies final : public Problem {
 
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
     if (!model_.user_scaling(scaling)) return false;
-    const auto extend = [](std::vector<double>& factors, const std::vector<Index>& origin) {
+    const auto extend = [](std::vector<double>& factors, std::size_t given,
+                           const std::vector<Index>& origin) {
       if (factors.empty()) return;
-      for (std::size_t i = factors.size(); i < origin.size(); ++i) {
-        factors.push_back(factors[at(origin[i])]);
-      }
+      if (factors.size() != given)
+        return factors.resize(origin.size() + 1);  // the solve refuses it
+      for (std::size_t i = given; i < origin.size(); ++i) factors.push_back(factors[at(origin[i])]);
     };
-    extend(scaling.variables, model_variable_);
-    extend(scaling.constraints, model_row_);
+    const ProblemStructure& s = model_.structure();
+    extend(scaling.variables, s.variable_players.size(), model_variable_);
+    extend(scaling.constraints, s.constraint_players.size(), model_row_);
     return true;
   }
 

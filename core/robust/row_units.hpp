@@ -62,6 +62,7 @@ class InRowUnits final : public ByRows<Restructured>, private BoxesOf {
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
     if (!model().user_scaling(scaling)) return false;
     scaling.objective /= units_.objective;
+    if (scaling.constraints.size() != units_.factor.size()) return true;  // the solve refuses it
     for (const auto j : indices(scaling.constraints)) scaling.constraints[j] /= units_.factor[j];
     return true;
   }

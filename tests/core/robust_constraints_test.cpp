@@ -44,6 +44,39 @@ TEST(RobustConstraint, HoldsAtTheWorstDisturbance) {
   EXPECT_NEAR(result.lambda[0], 0.25, 1e-5);
 }
 
+/// Fewer or more scaling factors than it has variables and constraints.
+class WrongFactors : public AutodiffProblem {
+ public:
+  using AutodiffProblem::AutodiffProblem;
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
+    scaling = factors;
+    return true;
+  }
+  UserScaling factors;
+};
+
+TEST(RobustConstraint, WrongNumbersOfScalingFactorsAreRefused) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x) + 0.1 * x * y - square(y));
+  model.constraint(x + y, -kNoBound, 3.0, kMin);
+  WrongFactors problem(model, {0.0, 0.0});
+  SolverOptions options;
+  options.nlp_scaling_method = Scaling::User;
+  for (const std::size_t variables : {1U, 3U, 4U}) {
+    problem.factors.variables.assign(variables, 2.0);
+    const Result result = solve(problem, options);
+    EXPECT_FALSE(is_success(result.status));
+    EXPECT_NE(result.message.find("one entry per variable"), std::string::npos) << result.message;
+  }
+  problem.factors.variables.clear();
+  for (const std::size_t constraints : {2U, 3U}) {
+    problem.factors.constraints.assign(constraints, 2.0);
+    EXPECT_FALSE(is_success(solve(problem, options).status));
+  }
+}
+
 TEST(RobustConstraint, WorstDisturbanceAtABound) {
   // x + y <= 3 for y in [-1, 1]: x = 2.
   Model model;

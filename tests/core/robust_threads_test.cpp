@@ -180,6 +180,19 @@ TEST(RobustThreads, TellTheListenerOneAtATimeAndNothingAfterHisStop) {
   }
 }
 
+TEST(RobustThreads, EndWhenTheListenerOfOneThrows) {
+  AutodiffProblem model(Rows{}, data_of_rows());
+  for (const int most : {30, 60, 120}) {
+    int told = 0;
+    const auto listen = [&](const IterationInfo&) -> bool {
+      if (++told == most) throw std::domain_error("of the listener");
+      return true;
+    };
+    EXPECT_THROW(static_cast<void>(solve(model, with_threads(3), listen)), std::domain_error);
+    EXPECT_EQ(told, most);
+  }
+}
+
 TEST(RobustThreads, DoNotWaitForALockOfTheirCaller) {
   const LibraryLock lock;  // as inside a solve of Ipopt, whose model solves
   AutodiffProblem model(Rows{}, data_of_rows());
