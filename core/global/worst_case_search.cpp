@@ -73,7 +73,7 @@ MaximaOfRows WorstCaseSearch::run(const std::vector<double>& v, Index starts,
       try {
         maximize_side(k, *clones_[thread], work[k], witnesses[k]);
       } catch (...) {
-        program_.budget.stop(Status::UserStop);  // of the other threads
+        program_.budget.stop_at_exception();
         throw;
       }
     });

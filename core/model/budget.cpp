@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "core/model/structure_check.hpp"
@@ -30,6 +31,16 @@ Budget::Budget(const SolverOptions& options, MultistartObserver listener)
 void Budget::stop(Status why) noexcept {
   int none = -1;
   stopped_.compare_exchange_strong(none, static_cast<int>(why));
+}
+
+void Budget::stop_at_exception() noexcept {
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    stop(Status::OutOfMemory);
+  } catch (...) {
+    stop(Status::UserStop);
+  }
 }
 
 std::optional<Status> Budget::interrupted() noexcept {
@@ -69,7 +80,7 @@ bool Budget::tell(Index start, const IterationInfo& info) {
   try {
     if (listener_.on_iteration(start, info)) return true;
   } catch (...) {
-    stop(Status::UserStop);  // of other threads
+    stop_at_exception();
     throw;
   }
   stop(Status::UserStop);

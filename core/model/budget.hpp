@@ -60,6 +60,8 @@ class Budget : Uncopied {
 
   /// Nothing more is begun, what runs ends. The first reason stays.
   void stop(Status why) noexcept;
+  /// While an exception is handled that passes through: what other threads run ends, too.
+  void stop_at_exception() noexcept;
   /// A stop, or a limit of time that is exceeded; stays.
   [[nodiscard]] std::optional<Status> interrupted() noexcept;
   /// The same, or no factorization is left for another solve (MaxIterations).
