@@ -21,9 +21,9 @@ class Workers : Uncopied {
   ~Workers();
 
   /// piece(0), ..., piece(count - 1), in the caller's thread and others, with the caller's
-  /// floating-point environment; all of them in the caller's where there are no threads to be had, or the
-  /// caller holds the lock of MUMPS (library_lock.hpp), for which they might wait.
-  /// piece must not throw. Allocates nothing once the threads are there.
+  /// floating-point environment; all of them in the caller's where there are no threads to be had,
+  /// or the caller holds the lock of MUMPS (library_lock.hpp), for which they might wait. piece
+  /// must not throw. Allocates nothing once the threads are there.
   template <class Piece>
   void run(int count, const Piece& piece) {
     run(count, &call<Piece>, &piece);

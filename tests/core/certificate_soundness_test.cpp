@@ -176,7 +176,8 @@ TEST(Certified, PointsAreWhereTheirSolutionIs) {
 }
 
 TEST(Certified, PointsAreStationaryInTheModelsUnits) {
-  // Jennrich and Sampson's sums of exponentials: the objective is scaled down by 1e-8 at these starts.
+  // Jennrich and Sampson's sums of exponentials: the objective is scaled down by 1e-8 at these
+  // starts.
   for (const std::vector<double>& start : {std::vector{2.0, 1.0}, std::vector{3.0, 0.5}}) {
     Model model;
     const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");

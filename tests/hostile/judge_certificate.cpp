@@ -36,8 +36,9 @@ constexpr int kMostNewtonSteps = 40;
 constexpr int kMostFlips = 8;   // of rows on the way from a guess of the active set to a solution
 constexpr double kReach = 0.5;  // of that way over |v| + kOrigin
 
-/// Least eigenvalue of h on the directions of a basis, in units in which it is equilibrated; +infinity
-/// without directions. Zero where the sign is that of entries of the basis which may be rounding.
+/// Least eigenvalue of h on the directions of a basis, in units in which it is equilibrated;
+/// +infinity without directions. Zero where the sign is that of entries of the basis which may be
+/// rounding.
 double smallest_curvature(const MatrixXd& h, const MatrixXd& basis) {
   if (basis.cols() == 0) return std::numeric_limits<double>::infinity();
   const auto smallest = [&](const MatrixXd& directions) {
@@ -84,8 +85,8 @@ class CertificateJudge {
         if (!tried.insert(active).second) return false;
         const CertificateJudgement found = judge(active);
         const bool confirmed = found.verdict == CertificateVerdict::Confirmed;
-        // Only the answer's own active set, where it is clear, refutes anything, and no other guess at
-        // which the signs are right.
+        // Only the answer's own active set, where it is clear, refutes anything, and no other guess
+        // at which the signs are right.
         const bool first = is_guess && tried.size() == 1;
         if (confirmed || (first && best.verdict == CertificateVerdict::Doubtful)) best = found;
         if (found.signs_are_right && best.verdict == CertificateVerdict::False) best = found;
@@ -135,8 +136,8 @@ class CertificateJudge {
                              relaxation);
   }
 
-  /// Equations, and inequalities whose multiplier is at least threshold times their distance; scaled:
-  /// with gradients of length 1.
+  /// Equations, and inequalities whose multiplier is at least threshold times their distance;
+  /// scaled: with gradients of length 1.
   [[nodiscard]] std::vector<std::size_t> guess(double threshold, bool scaled = true) {
     const DenseEvaluation here(problem_, given_);
     std::vector<std::size_t> active;
@@ -269,7 +270,8 @@ class CertificateJudge {
       return doubtful("the next solution is far: " + std::to_string(max_norm(z.v - given_)));
     }
     CertificateJudgement found = judge_solution(active, z, here);
-    // It may be another solution than the one that is meant: beside large variables a short way is long.
+    // It may be another solution than the one that is meant: beside large variables a short way is
+    // long.
     const bool moved = max_norm(z.v - given_) > kAtOnce * (kOrigin + max_norm(given_));
     if (!contracts && moved && found.verdict == CertificateVerdict::False) {
       found.verdict = CertificateVerdict::Doubtful;
@@ -443,8 +445,8 @@ class CertificateJudge {
     return false;
   }
 
-  /// Where the way down from a saddle ends, too near to be told from it: a bound of Min, or one that
-  /// holds him by no multiplier.
+  /// Where the way down from a saddle ends, too near to be told from it: a bound of Min, or one
+  /// that holds him by no multiplier.
   [[nodiscard]] bool is_next_to_a_bound(const std::vector<std::size_t>& active, const State& z,
                                         const System& here, const std::vector<bool>& weak) const {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
@@ -461,8 +463,8 @@ class CertificateJudge {
     return false;
   }
 
-  /// A multiplier's share, with its sign, in the terms that it balances: those of the gradient, and what
-  /// the gradient changes by over a small part of the point.
+  /// A multiplier's share, with its sign, in the terms that it balances: those of the gradient, and
+  /// what the gradient changes by over a small part of the point.
   [[nodiscard]] static double share_of(const System& here, const VectorXd& v, Eigen::Index row,
                                        double multiplier, double origin = kOrigin) {
     const VectorXd size = v.cwiseAbs().array() + origin;
@@ -537,7 +539,7 @@ class CertificateJudge {
     return schur_complement<double>(here.hessian, here.rows(max_rows, Eigen::all), x_, y_);
   }
 
-  // --- Values -------------------------------------------------------------------------------------
+  // --- Values ------------------------------------------------------------------------------------
   /// Of what values are sums of, as far as f and its slopes show.
   [[nodiscard]] double size_of_values(const System& here, const VectorXd& v) {
     return 1.0 + std::abs(here.f) + here.terms.dot(v.cwiseAbs()) + noise(here, v) / kRounding;
@@ -573,8 +575,9 @@ class CertificateJudge {
   }
 
   /// Along a random tangent of one player's active rows in both directions, the maximizer following
-  /// where x moves: whether f changes by what the curvature predicts. False needs the three shortest
-  /// lengths at which rounding does not hide the change to agree: far away higher derivatives make it.
+  /// where x moves: whether f changes by what the curvature predicts. False needs the three
+  /// shortest lengths at which rounding does not hide the change to agree: far away higher
+  /// derivatives make it.
   [[nodiscard]] bool changes(const std::vector<std::size_t>& active, const State& z,
                              const System& here, Player mover) {
     const Places own = rows_of(active, mover, nullptr);
@@ -640,8 +643,9 @@ class CertificateJudge {
     return (z.v - start).norm() <= 0.5 * (start - from.v).norm();
   }
 
-  /// Random feasible points of one player alone: of Max with x fixed, or of Min without Max. A better one
-  /// counts when the way back from it to z is better as long as rounding does not hide it.
+  /// Random feasible points of one player alone: of Max with x fixed, or of Min without Max. A
+  /// better one counts when the way back from it to z is better as long as rounding does not hide
+  /// it.
   [[nodiscard]] bool none_better(const State& z, const System& here) {
     const bool max = !y_.empty();
     const Places& variables = max ? y_ : x_;
@@ -672,8 +676,8 @@ class CertificateJudge {
     }
     return true;
   }
-  /// Where rounding hides values slopes still show, along a step that gets shorter: whether z is better
-  /// than what is next to it, though by less than what is gained beyond.
+  /// Where rounding hides values slopes still show, along a step that gets shorter: whether z is
+  /// better than what is next to it, though by less than what is gained beyond.
   [[nodiscard]] bool falls_next_to(const State& z, const System& here, VectorXd step, double sign) {
     for (int part = 0; part < 6; ++part, step *= 0.1) {
       const DenseEvaluation there(problem_, z.v + step);
