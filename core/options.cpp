@@ -460,9 +460,10 @@ Rows linear_solver_options() {
               {"if fewer operations are predicted", "always, with Max variables",
                "never: K and K_yy are factorized one by one"})},
       {"minmax_threads", category,
-       "Largest number of threads. One factorization by LDL' uses them if it takes longer than "
-       "about a millisecond (by its counted operations) and its elimination tree has large "
-       "independent subtrees. Maximizations of several robust constraints over y share them if the "
+       "Largest number of threads. One factorization by LDL' uses them if its factor is no chain, "
+       "takes longer than about a millisecond (by its counted operations), and its elimination "
+       "tree has large independent subtrees. Maximizations of several robust constraints over y "
+       "share them if the "
        "model can be cloned: formulas in C++, games by stages, a TNLP that is a ClonableModel. "
        "Results have the same bits with any number.",
        at_least(&O::minmax_threads, 1)},

@@ -31,10 +31,10 @@ constexpr double kDenseWorth = 3.0;
 // Its matrix takes 8 MB then:
 constexpr Index kMostDense = 1000;
 // Flops per entry of L up to which LDL' is the choice. Chains (5): it is 30 to 100 times faster
-// than MUMPS; grids: 2 to 3 times at 100, 1.4 at 170, level at 200, slower beyond, where dense
-// kernels pay. With pairs of rows: grids 3 times at 100, level at 150; transport and optimal times
-// take a thousand and more, MUMPS 40:
-constexpr double kLdltMaxFlopsPerEntry = 190.0;
+// than MUMPS; grids in two dimensions, and blocks of 160 rows (200): 2.5 times; in three: 1.5 times
+// at 300, with the inertia tested level at 500. With pairs of rows: grids 3 times at 100, level at 150; transport and
+// optimal times take a thousand and more, MUMPS 40:
+constexpr double kLdltMaxFlopsPerEntry = 400.0;
 constexpr double kPairsMaxFlopsPerEntry = 150.0;
 
 // |A u - w| for |w| = 1 and the u that factors give, Gamma u being a tenth at most: up to where
@@ -241,8 +241,8 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
 bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
   if (pairs_ != Pairs::Unmade) return pairs_ == Pairs::Made;
   if (!paired_) {
-    paired_ = std::make_unique<PairedLdltSolver>(
-        options_.ordering, kGammaOfPairs * options_.ldlt_gamma, options_.threads);
+    paired_ =
+        std::make_unique<PairedLdltSolver>(options_.ordering, kGammaOfPairs * options_.ldlt_gamma);
   }
   const Analysis analysis = paired_->analyze(matrix, {});
   if (!analysis.ok) return false;

@@ -5,32 +5,94 @@
 #include <limits>
 #include <new>
 #include <numeric>
+#include <utility>
 
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
-EliminationTree elimination_tree(const Lists& a) {
-  const Index n = a.size();
-  EliminationTree tree;
-  tree.parent.assign(at(n), -1);
-  tree.column_starts.assign(at(n) + 1, 0);
-  Array<Index> mark(n, -1);
-  std::int64_t entries = 0;
-  for (Index k = 0; k < n; ++k) {
-    mark[k] = k;
-    for (const Index column : a[k]) {
-      for (Index i = column; mark[i] != k; i = tree.parent[i]) {
-        if (tree.parent[i] < 0) tree.parent[i] = k;
-        ++tree.column_starts[i + 1];
-        ++entries;
-        mark[i] = k;
+namespace {
+
+/// Liu's tree, with path compression.
+Array<Index> parents(const Lists& a) {
+  Array<Index> parent(a.size(), -1), ancestor(a.size(), -1);
+  for (Index k = 0; k < a.size(); ++k) {
+    for (Index i : a[k]) {
+      while (i != -1 && i < k) {
+        const Index next = std::exchange(ancestor[i], k);
+        if (next == -1) parent[i] = k;
+        i = next;
       }
     }
-    if (entries > std::numeric_limits<Index>::max()) throw std::bad_alloc();
   }
-  std::partial_sum(tree.column_starts.begin(), tree.column_starts.end(),
-                   tree.column_starts.begin());
+  return parent;
+}
+
+}  // namespace
+
+/// Without forming L: each entry of A adds one to the column where its row subtree starts and takes
+/// one away where two of its branches meet (Gilbert, Ng and Peyton 1994).
+Array<Index> column_lengths(const Lists& a, Array<Index>& parent) {
+  parent = parents(a);
+  const Lists after = collect(a.size(), [&](auto&& add) {
+    for (Index k = 0; k < a.size(); ++k) {
+      for (const Index i : a[k]) {
+        if (i < k) add(i, k);
+      }
+    }
+  });
+  const std::size_t n = parent.size();
+  const Array<Index> post = postorder(parent);
+  Array<Index> first(n, -1);  // postorder number of the first descendant
+  Array<Index> count(n, 0);
+  for (std::size_t k = 0; k < n; ++k) {
+    Index j = post[k];
+    count[j] = first[j] == -1 ? 1 : 0;  // a leaf of the tree
+    for (; j != -1 && first[j] == -1; j = parent[j]) {
+      first[j] = static_cast<Index>(k);
+    }
+  }
+
+  Array<Index> max_first(n, -1);      // of row i: largest first[] of its leaves so far
+  Array<Index> previous_leaf(n, -1);  // of row i
+  Array<Index> ancestor(n);           // disjoint sets: root of the part already visited
+  std::iota(ancestor.begin(), ancestor.end(), 0);
+  for (const Index j : post) {
+    const Index up = parent[j];
+    if (up != -1) --count[up];
+    for (const Index i : after[j]) {
+      if (first[j] <= max_first[i]) continue;  // j is no leaf of row subtree i
+      max_first[i] = first[j];
+      ++count[j];
+      const Index leaf = previous_leaf[i];
+      previous_leaf[i] = j;
+      if (leaf == -1) continue;
+      Index meet = leaf;
+      while (meet != ancestor[meet]) meet = ancestor[meet];
+      for (Index s = leaf; s != meet;) {
+        const Index next = ancestor[s];
+        ancestor[s] = meet;
+        s = next;
+      }
+      --count[meet];
+    }
+    if (up != -1) ancestor[j] = up;
+  }
+  for (std::size_t j = 0; j < n; ++j) {  // parent[j] > j
+    if (parent[j] != -1) count[parent[j]] += count[j];
+  }
+  for (Index& length : count) --length;  // the diagonal
+  return count;
+}
+
+EliminationTree elimination_tree(const Lists& a) {
+  EliminationTree tree;
+  std::int64_t entries = 0;
+  for (const Index length : column_lengths(a, tree.parent)) {
+    entries += length;
+    if (entries > std::numeric_limits<Index>::max()) throw std::bad_alloc();
+    tree.column_starts.push_back(static_cast<Index>(entries));
+  }
   return tree;
 }
 
@@ -92,51 +154,6 @@ Array<Index> postorder(std::span<const Index> parent) {
     }
   }
   return post;
-}
-
-Array<Index> order_without_fill(const EliminationTree& tree, const FactorPattern& pattern,
-                                Index last) {
-  const Index n = tree.dimension();
-  Array<Index> place(n, -1);
-  Array<Index> weight(n, 0);             // neighbors that have their place
-  Array<Index> first(n + 1, -1);         // of the rows of each weight without one,
-  Array<Index> before(n), after(at(n));  // a list
-  const auto link = [&](Index i) {
-    Index& head = first[weight[i]];
-    before[i] = -1;
-    after[i] = head;
-    if (head >= 0) before[head] = i;
-    head = i;
-  };
-  const auto unlink = [&](Index i) {
-    const Index b = before[i], a = after[i];
-    (b >= 0 ? after[b] : first[weight[i]]) = a;
-    if (a >= 0) before[a] = b;
-  };
-  for (Index i = n; i-- > 0;) {
-    if (i != last) link(i);
-  }
-  if (n > 0) link(last);
-  Index heaviest = 0;
-  for (Index next = n; next-- > 0;) {
-    while (first[heaviest] < 0) --heaviest;
-    const Index k = first[heaviest];
-    unlink(k);
-    place[k] = next;
-    const auto raise = [&](Index i) {
-      if (place[i] >= 0) return;
-      unlink(i);
-      heaviest = std::max(heaviest, ++weight[i]);
-      link(i);
-    };
-    for (Index p = tree.column_starts[k]; p < tree.column_starts[k + 1]; ++p) {
-      raise(pattern.rows[p]);
-    }
-    for (Index r = pattern.row_starts[k]; r < pattern.row_starts[k + 1]; ++r) {
-      raise(pattern.columns[r]);
-    }
-  }
-  return place;
 }
 
 }  // namespace ipminmax

@@ -10,6 +10,9 @@ namespace ipminmax {
 // A symmetric matrix by rows in the order of elimination: of each the columns, in any order, none
 // beyond the row.
 
+/// Entries of each column of L without its diagonal; parent: of each row in the tree.
+[[nodiscard]] Array<Index> column_lengths(const Lists& a, Array<Index>& parent);
+
 /// Elimination tree of a matrix L D L', and the lengths of L's columns (Liu 1990).
 struct EliminationTree {
   Array<Index> parent;            ///< of each row; -1: a root
@@ -33,10 +36,5 @@ struct FactorPattern {
 
 /// The rows, children before their parents, every subtree without a gap.
 [[nodiscard]] Array<Index> postorder(std::span<const Index> parent);
-
-/// The place of each row in an order of elimination without fill in L + L', in which `last` comes
-/// last: maximum cardinality search (Tarjan and Yannakakis 1984). Throws std::bad_alloc.
-[[nodiscard]] Array<Index> order_without_fill(const EliminationTree& tree,
-                                              const FactorPattern& pattern, Index last);
 
 }  // namespace ipminmax

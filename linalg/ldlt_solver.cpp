@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -14,7 +13,8 @@ namespace ipminmax {
 
 namespace {
 
-constexpr EliminationCost kCost{.row = 4.0, .entry = 2.0, .update = 0.7};
+// Flops per entry of L from which panels pay: level at 13 (bands) to 20 (grids).
+constexpr double kSupernodesMinFlopsPerEntry = 20.0;
 
 /// Diagonal of Gamma over gamma: not quite +-1, because equal weights of opposite sign cancel. The
 /// pivots of W + Gamma for f = s |x - y|^2, W = 2 s [1 -1; -1 1], would be 2 s and gamma^2 / 2 s.
@@ -49,21 +49,23 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
     ordering_ = ordering.ordering;
     size_ = ordering.size;
     new_index_ = ordering.new_index;
+    supernodes_ = nullptr;  // before the new ones
+    pattern_ = {};
     build_pattern(matrix, signs);
-    tree_ = elimination_tree(lower_);
-    pattern_ = {};  // before the new one
-    pattern_ = factor_pattern(lower_, tree_);
-    values_.resize(at(tree_.entries()));
-    columns_.resize(new_index_.size());
-    row_.assign(new_index_.size(), 0.0);
-    parts_ = parts_for_threads(tree_, pattern_, kCost, options_.threads);
-    broken_.resize(parts_.starts.size());
     permuted_.resize(new_index_.size());
+    if (size_.flops > kSupernodesMinFlopsPerEntry * static_cast<double>(size_.entries)) {
+      make_supernodes(matrix, signs);
+    } else {
+      pattern_ = factor_pattern(lower_, tree_);
+      values_.resize(at(tree_.entries()));
+      columns_.resize(new_index_.size());
+      row_.assign(new_index_.size(), 0.0);
+    }
   } catch (const std::bad_alloc&) {
     return analysis;
   }
   analysis.ok = true;
-  analysis.threads = std::max(parts_.count(), 1);
+  if (supernodes_) analysis.threads = std::max(supernodes_->threads(), 1);
   return analysis;
 }
 
@@ -106,6 +108,22 @@ void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const st
     diagonal_places_[k] = matrix.diagonal_position(i);
     gamma_weights_[k] = gamma_weight(at(i), signs[at(i)]);
   }
+  tree_ = elimination_tree(lower_);
+}
+
+void LdltSolver::make_supernodes(const SymmetricMatrix& matrix,
+                                 std::span<const std::int8_t> signs) {
+  const Array<Index> order = postorder(tree_.parent);
+  if (!std::ranges::is_sorted(order)) {
+    Array<Index> place(order.size());
+    for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<Index>(k);
+    for (Index& k : new_index_) k = place[k];
+    build_pattern(matrix, signs);
+  }
+  supernodes_ = std::make_unique<SupernodalFactor>(lower_, lower_places_, diagonal_places_, tree_,
+                                                   options_.threads);
+  lower_ = {};
+  lower_places_ = diagonal_places_ = {};
 }
 
 double LdltSolver::suitable_gamma(const SymmetricMatrix& matrix) const {
@@ -124,13 +142,14 @@ Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double g
   factorized_ = false;
   Factorization result{.trust = {.pivoted = false, .perturbation = gamma}};
   const auto values = matrix.values();
-  workers_.run(parts_.count(),
-               [&](int p) { broken_[p] = eliminate(parts_.part(p), values, gamma) ? 0 : 1; });
-  if (std::ranges::count(broken_, 1) > 0 || !eliminate(parts_.rest(), values, gamma)) return result;
+  if (!(supernodes_ ? supernodes_->factorize(values, gamma_weights_, gamma)
+                    : eliminate(values, gamma))) {
+    return result;
+  }
   double smallest = kInfinity;
-  for (const Column& column : columns_) {
-    ++(column.pivot > 0.0 ? result.inertia.positive : result.inertia.negative);
-    smallest = std::min(smallest, std::abs(column.pivot));
+  for (std::size_t j = 0; j < new_index_.size(); ++j) {
+    ++(pivot(j) > 0.0 ? result.inertia.positive : result.inertia.negative);
+    smallest = std::min(smallest, std::abs(pivot(j)));
   }
   result.smallest_pivot = smallest;
   result.status = FactorizationStatus::Ok;
@@ -140,13 +159,11 @@ Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double g
 
 /// Rows of L one after the other, each from the columns of its entries (Davis 2005). False:
 /// a pivot is zero or not finite.
-bool LdltSolver::eliminate(std::span<const Index> rows_of_part, std::span<const double> values,
-                           double gamma) {
+bool LdltSolver::eliminate(std::span<const double> values, double gamma) {
   double* const y = row_.data();
   double* const l = values_.data();
   const Index* const rows = pattern_.rows.data();
-  for (const Index row : rows_of_part) {
-    const std::size_t k = at(row);
+  for (std::size_t k = 0; k < columns_.size(); ++k) {
     const std::size_t lower_end = at(lower_.starts[k + 1]);
     for (std::size_t p = at(lower_.starts[k]); p < lower_end; ++p) {
       y[lower_.items[p]] += values[at(lower_places_[p])];
@@ -175,13 +192,7 @@ void LdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
     return;
   }
   const std::size_t n = new_index_.size();
-  std::size_t c = 0;
-  for (; c + kTogether <= at(columns); c += kTogether) {
-    solve_together(rhs.subspan(c * n, kTogether * n));
-  }
-  for (; c < at(columns) && n > 0; ++c) {
-    solve_one(rhs.subspan(c * n, n));
-  }
+  for (std::size_t c = 0; c < at(columns) && n > 0; ++c) solve_one(rhs.subspan(c * n, n));
 }
 
 void LdltSolver::solve_one(std::span<double> rhs) {
@@ -190,45 +201,18 @@ void LdltSolver::solve_one(std::span<double> rhs) {
   const Index* const rows = pattern_.rows.data();
   const std::size_t n = rhs.size();
   for (std::size_t i = 0; i < n; ++i) x[new_index_[i]] = rhs[i];
-  for (std::size_t j = 0; j < n; ++j) {
+  if (supernodes_) supernodes_->solve(permuted_);
+  for (std::size_t j = 0; j < n && !supernodes_; ++j) {
     const double x_j = x[j];
     if (x_j == 0.0) continue;
     for (Index p = columns_[j].begin; p < columns_[j].end; ++p) x[rows[p]] -= l[p] * x_j;
   }
-  for (std::size_t j = n; j-- > 0;) {
+  for (std::size_t j = n; j-- > 0 && !supernodes_;) {
     double x_j = x[j] / columns_[j].pivot;
     for (Index p = columns_[j].begin; p < columns_[j].end; ++p) x_j -= l[p] * x[rows[p]];
     x[j] = x_j;
   }
   for (std::size_t i = 0; i < n; ++i) rhs[i] = x[new_index_[i]];
-}
-
-/// kTogether right-hand sides: L is read once for all of them.
-void LdltSolver::solve_together(std::span<double> rhs) {
-  using Row = std::array<double, kTogether>;
-  const std::size_t n = new_index_.size();
-  if (together_.size() != n) together_.resize(n);
-  Array<Row>& x = together_;
-  for (std::size_t c = 0; c < kTogether; ++c) {
-    for (std::size_t i = 0; i < n; ++i) x[new_index_[i]][c] = rhs[c * n + i];
-  }
-  for (std::size_t j = 0; j < n; ++j) {
-    const Row x_j = x[j];
-    for_each_of_column(j, [&](std::size_t i, double value) {
-      for (std::size_t c = 0; c < kTogether; ++c) x[i][c] -= value * x_j[c];
-    });
-  }
-  for (std::size_t j = n; j-- > 0;) {
-    Row x_j = x[j];
-    for (double& value : x_j) value /= columns_[j].pivot;
-    for_each_of_column(j, [&](std::size_t i, double value) {
-      for (std::size_t c = 0; c < kTogether; ++c) x_j[c] -= value * x[i][c];
-    });
-    x[j] = x_j;
-  }
-  for (std::size_t c = 0; c < kTogether; ++c) {
-    for (std::size_t i = 0; i < n; ++i) rhs[c * n + i] = x[new_index_[i]][c];
-  }
 }
 
 void LdltSolver::ColumnRange::include(ColumnRange other) {
@@ -268,7 +252,7 @@ void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> produ
     ranges_[j] = {};
     const std::size_t width = at(range.end - range.begin);
     double* z_j = &forward_[j * columns + at(range.begin)];
-    const double inverse = 1.0 / columns_[j].pivot;
+    const double inverse = 1.0 / pivot(j);
     for (std::size_t a = 0; a < width; ++a) {
       const double factor = z_j[a] * inverse;
       double* target = &product[(at(range.begin) + a) * columns + at(range.begin)];

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -8,9 +7,8 @@
 
 #include "linalg/array.hpp"
 #include "linalg/ordering.hpp"
+#include "linalg/supernodal_factor.hpp"
 #include "linalg/symmetric_solver.hpp"
-#include "linalg/tree_parts.hpp"
-#include "linalg/workers.hpp"
 
 namespace ipminmax {
 
@@ -51,7 +49,6 @@ class LdltSolver final : public SymmetricSolver {
   [[nodiscard]] double suitable_gamma(const SymmetricMatrix& matrix) const;
 
  private:
-  static constexpr std::size_t kTogether = 4;  // right-hand sides of solve_together
   /// Of L: its entries made so far, and the pivot.
   struct Column {
     Index begin = 0, end = 0;
@@ -62,16 +59,19 @@ class LdltSolver final : public SymmetricSolver {
     void include(ColumnRange other);
   };
   void build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs);
-  [[nodiscard]] bool eliminate(std::span<const Index> rows, std::span<const double> values,
-                               double gamma);
+  void make_supernodes(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs);
+  [[nodiscard]] bool eliminate(std::span<const double> values, double gamma);
   void solve_one(std::span<double> rhs);
-  void solve_together(std::span<double> rhs);
   /// visit(row, value) for the entries of column j of L, without its unit diagonal.
   template <class Visit>
   void for_each_of_column(std::size_t j, Visit&& visit) const {
+    if (supernodes_) return supernodes_->for_each_of_column(j, visit);
     for (Index p = columns_[j].begin; p < columns_[j].end; ++p) {
       visit(at(pattern_.rows[p]), values_[p]);
     }
+  }
+  [[nodiscard]] double pivot(std::size_t j) const {
+    return supernodes_ ? supernodes_->pivots()[j] : columns_[j].pivot;
   }
   void find_ranges(const SparseColumns& b, Array<ColumnRange>& ranges) const;
 
@@ -84,18 +84,15 @@ class LdltSolver final : public SymmetricSolver {
   Array<Index> lower_places_, diagonal_places_;
   Array<double> gamma_weights_;  // diagonal of Gamma over gamma, in elimination order
   Array<Index> couplings_;       // places in A that link rows of opposite signs
-  Array<std::array<double, kTogether>> together_;
-  Array<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
-  Array<double> forward_;      // L^-1 P B by rows; else zero
+  Array<ColumnRange> ranges_;    // of inverse_product: columns that reach a row; else empty
+  Array<double> forward_;        // L^-1 P B by rows; else zero
   EliminationTree tree_;
-  FactorPattern pattern_;  // of L
-  TreeParts parts_;
+  std::unique_ptr<SupernodalFactor> supernodes_;  // in place of all below where columns are long
+  FactorPattern pattern_;                         // of L
   Array<Column> columns_;
   Array<double> values_;    // of L, as pattern_.rows
   Array<double> row_;       // of L D under elimination; else zero
   Array<double> permuted_;  // one right-hand side in elimination order
-  Array<char> broken_;      // by part: a pivot is zero or not finite
-  Workers workers_;
   bool factorized_ = false;
 };
 

@@ -9,11 +9,11 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "linalg/elimination_tree.hpp"
 #include "linalg/library_lock.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/reproducible_rand.hpp"
-#include "linalg/tree_parts.hpp"
 
 namespace ipminmax {
 
@@ -32,20 +32,6 @@ Lists adjacency(const SymmetricMatrix& matrix, bool with_diagonal) {
     matrix.for_each_below([&](Index i, Index j, Index) {
       add(i, j);
       add(j, i);
-    });
-  });
-}
-
-/// Those of every row that are eliminated after it, or before it.
-Lists neighbours(const SymmetricMatrix& matrix, std::span<const Index> new_index, bool later) {
-  return collect(matrix.dimension(), [&](auto&& add) {
-    matrix.for_each_below([&](Index i, Index j, Index) {
-      const auto [early, late] = std::minmax(new_index[at(i)], new_index[at(j)]);
-      if (later) {
-        add(early, late);
-      } else {
-        add(late, early);
-      }
     });
   });
 }
@@ -91,71 +77,6 @@ Array<Index> metis_ordering(const SymmetricMatrix& matrix) {
   return new_index;
 }
 
-/// parent[j] of every node in the elimination tree, -1 at roots (Liu, with path compression).
-/// before[k]: the neighbours of k that are eliminated before it.
-Array<Index> parents(const Lists& before, Index n) {
-  Array<Index> parent(n, -1);
-  Array<Index> ancestor(n, -1);
-  for (Index k = 0; k < n; ++k) {
-    for (Index i : before[k]) {
-      while (i != -1 && i < k) {
-        const Index next = ancestor[i];
-        ancestor[i] = k;
-        if (next == -1) parent[i] = k;
-        i = next;
-      }
-    }
-  }
-  return parent;
-}
-
-/// Entries of every column of L, diagonal included, without forming L: each entry of A adds one to
-/// the column where its row subtree starts and takes one away where two of its branches meet
-/// (Gilbert, Ng and Peyton 1994). after[j]: the neighbours of j eliminated after it.
-Array<Index> column_counts(const Lists& after, const Array<Index>& parent) {
-  const std::size_t n = parent.size();
-  const Array<Index> post = postorder(parent);
-  Array<Index> first(n, -1);  // postorder number of the first descendant
-  Array<Index> count(n, 0);
-  for (std::size_t k = 0; k < n; ++k) {
-    Index j = post[k];
-    count[j] = first[j] == -1 ? 1 : 0;  // a leaf of the tree
-    for (; j != -1 && first[j] == -1; j = parent[j]) {
-      first[j] = static_cast<Index>(k);
-    }
-  }
-
-  Array<Index> max_first(n, -1);      // of row i: largest first[] of its leaves so far
-  Array<Index> previous_leaf(n, -1);  // of row i
-  Array<Index> ancestor(n);           // disjoint sets: root of the part already visited
-  std::iota(ancestor.begin(), ancestor.end(), 0);
-  for (const Index j : post) {
-    const Index up = parent[j];
-    if (up != -1) --count[up];
-    for (const Index i : after[j]) {
-      if (first[j] <= max_first[i]) continue;  // j is no leaf of row subtree i
-      max_first[i] = first[j];
-      ++count[j];
-      const Index leaf = previous_leaf[i];
-      previous_leaf[i] = j;
-      if (leaf == -1) continue;
-      Index meet = leaf;
-      while (meet != ancestor[meet]) meet = ancestor[meet];
-      for (Index s = leaf; s != meet;) {
-        const Index next = ancestor[s];
-        ancestor[s] = meet;
-        s = next;
-      }
-      --count[meet];
-    }
-    if (up != -1) ancestor[j] = up;
-  }
-  for (std::size_t j = 0; j < n; ++j) {  // parent[j] > j
-    if (parent[j] != -1) count[parent[j]] += count[j];
-  }
-  return count;
-}
-
 }  // namespace
 
 Array<Index> fill_reducing_ordering(const SymmetricMatrix& matrix, Ordering ordering) {
@@ -167,38 +88,20 @@ Array<Index> fill_reducing_ordering(const SymmetricMatrix& matrix, Ordering orde
 }
 
 FactorSize predict_factor_size(const SymmetricMatrix& matrix, std::span<const Index> new_index) {
-  const Array<Index> parent =
-      parents(neighbours(matrix, new_index, /*later=*/false), matrix.dimension());
-  FactorSize size;
-  for (const Index entries : column_counts(neighbours(matrix, new_index, /*later=*/true), parent)) {
-    const double below = entries - 1;
-    size.entries += entries;
+  const Lists rows = collect(matrix.dimension(), [&](auto&& add) {
+    matrix.for_each_below([&](Index i, Index j, Index) {
+      const auto [early, late] = std::minmax(new_index[at(i)], new_index[at(j)]);
+      add(late, early);
+    });
+  });
+  Array<Index> parent;
+  FactorSize size{.entries = matrix.dimension()};
+  for (const double below : column_lengths(rows, parent)) {
+    size.entries += static_cast<std::int64_t>(below);
     size.flops += below * (below + 2.0);  // one division, and below + 1 multiply-adds, per entry
   }
   return size;
 }
-
-namespace {
-
-/// In place of an order another one that fills in no more, if its factorization divides in two and
-/// takes long enough: whatever the number of threads, which must not change results.
-OrderingChoice divided(const SymmetricMatrix& matrix, OrderingChoice choice) {
-  constexpr double kMostPerEntry = 150;  // beyond, MUMPS factorizes
-  const auto entries = static_cast<double>(choice.size.entries);
-  if (choice.size.flops > kMostPerEntry * entries ||
-      choice.size.entries > std::numeric_limits<Index>::max() ||
-      !is_worth_threads(matrix.dimension(), entries - matrix.dimension(), choice.size.flops)) {
-    return choice;
-  }
-  const Array<Index> place =
-      order_for_two_parts(neighbours(matrix, choice.new_index, /*later=*/false));
-  if (place.empty()) return choice;
-  for (Index& k : choice.new_index) k = place[k];
-  choice.size = predict_factor_size(matrix, choice.new_index);
-  return choice;
-}
-
-}  // namespace
 
 double worthwhile_flops(const SymmetricMatrix& matrix) { return 200.0 * matrix.nonzeros(); }
 
@@ -208,12 +111,11 @@ OrderingChoice choose_ordering(const SymmetricMatrix& matrix, Ordering ordering)
     choice.size = predict_factor_size(matrix, choice.new_index);
     return choice;
   };
-  if (ordering != Ordering::Best) return divided(matrix, measured(ordering));
+  if (ordering != Ordering::Best) return measured(ordering);
   OrderingChoice amd = measured(Ordering::Amd);
-  if (amd.size.flops < kWorthComparing * worthwhile_flops(matrix))
-    return divided(matrix, std::move(amd));
+  if (amd.size.flops < kWorthComparing * worthwhile_flops(matrix)) return amd;
   OrderingChoice metis = measured(Ordering::Metis);
-  return divided(matrix, std::move(metis.size.flops < amd.size.flops ? metis : amd));
+  return metis.size.flops < amd.size.flops ? metis : amd;
 }
 
 }  // namespace ipminmax

@@ -30,9 +30,7 @@ struct OrderingChoice {
 };
 
 /// The ordering asked for; Best takes Amd or Metis by predicted flops, and looks at Metis only
-/// where a better factorization could repay the search. Where LDL' is large enough for threads, an
-/// order of no more fill that divides in two (order_for_two_parts) takes the place of one that does
-/// not, whether there are threads or not.
+/// where a better factorization could repay the search.
 [[nodiscard]] OrderingChoice choose_ordering(const SymmetricMatrix& matrix, Ordering ordering);
 
 /// Predicted flops from which several orderings are worth comparing for a matrix of this size:

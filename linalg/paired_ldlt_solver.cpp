@@ -171,8 +171,6 @@ void postpone(std::span<const Triplet> edges, const Array<bool>& waits, Array<In
   for (std::size_t k = 0; k < order.size(); ++k) position[order[k]] = static_cast<Index>(k);
 }
 
-constexpr EliminationCost kPairCost{.row = 30.0, .entry = 6.0, .update = 2.0};
-
 /// a b - c d without cancellation of rounding errors (Kahan).
 double difference_of_products(double a, double b, double c, double d) {
   const double product = c * d;
@@ -181,10 +179,8 @@ double difference_of_products(double a, double b, double c, double d) {
 
 }  // namespace
 
-PairedLdltSolver::PairedLdltSolver(Ordering ordering, double gamma, int threads)
-    : ordering_(ordering == Ordering::Pord ? Ordering::Best : ordering),
-      gamma_(gamma),
-      threads_(threads) {}
+PairedLdltSolver::PairedLdltSolver(Ordering ordering, double gamma)
+    : ordering_(ordering == Ordering::Pord ? Ordering::Best : ordering), gamma_(gamma) {}
 
 Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
                                    std::span<const std::int8_t> /*signs*/) {
@@ -320,19 +316,17 @@ PairedLdltSolver::Block PairedLdltSolver::eliminate_row(Index node) {
   return pivot;
 }
 
-void PairedLdltSolver::take_pivot(Index node, const Block& pivot, Pivots& pivots) {
+/// False: it is singular or not finite.
+bool PairedLdltSolver::take_pivot(Index node, const Block& pivot, Factorization& result) {
   const double a = pivot[0], b = pivot[2], c = pivot[3];
   const double determinant = difference_of_products(a, c, b, b);
-  if (!std::isfinite(determinant) || determinant == 0.0) {
-    pivots.ok = false;
-    return;
-  }
+  if (!std::isfinite(determinant) || determinant == 0.0) return false;
   inverse_[node] = {c / determinant, -b / determinant, -b / determinant, a / determinant};
-  Inertia& inertia = pivots.inertia;
+  Inertia& inertia = result.inertia;
   if (single_[node]) {
     ++(a > 0.0 ? inertia.positive : inertia.negative);
-    pivots.smallest = std::min(pivots.smallest, std::abs(a));
-    return;
+    result.smallest_pivot = std::min(result.smallest_pivot, std::abs(a));
+    return true;
   }
   const double half = 0.5 * (a + c);
   const double size = std::abs(half) + std::hypot(0.5 * (a - c), b);  // the larger |eigenvalue|
@@ -342,7 +336,8 @@ void PairedLdltSolver::take_pivot(Index node, const Block& pivot, Pivots& pivots
   } else {
     (half > 0.0 ? inertia.positive : inertia.negative) += 2;
   }
-  pivots.smallest = std::min(pivots.smallest, std::abs(determinant) / size);
+  result.smallest_pivot = std::min(result.smallest_pivot, std::abs(determinant) / size);
+  return true;
 }
 
 /// Room for the columns of L, made by the first factorization: what an analysis predicts may be too
@@ -352,8 +347,6 @@ bool PairedLdltSolver::make_room() {
   try {
     blocks_ = {};  // before the new ones
     FactorPattern pattern = factor_pattern(rows_, tree_);
-    parts_ = parts_for_threads(tree_, pattern, kPairCost, threads_);
-    pivots_.resize(parts_.starts.size());
     blocks_.resize(at(tree_.entries()));
     pattern_ = std::move(pattern);
   } catch (const std::bad_alloc&) {
@@ -362,34 +355,15 @@ bool PairedLdltSolver::make_room() {
   return true;
 }
 
-/// Until a pivot is no good.
-PairedLdltSolver::Pivots PairedLdltSolver::eliminate(std::span<const Index> nodes) {
-  Pivots pivots;
-  for (const Index k : nodes) {
-    ends_[k] = tree_.column_starts[k];
-    take_pivot(k, eliminate_row(k), pivots);
-    if (!pivots.ok) break;
-  }
-  return pivots;
-}
-
 Factorization PairedLdltSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   factorized_ = false;
   if (!make_room()) return {.status = FactorizationStatus::OutOfMemory};
   Factorization result{.smallest_pivot = kInfinity,
                        .trust = {.pivoted = false, .perturbation = gamma_}};
   load_values(matrix);
-  const auto add = [&](const Pivots& pivots) {
-    result.inertia.positive += pivots.inertia.positive;
-    result.inertia.negative += pivots.inertia.negative;
-    result.smallest_pivot = std::min(result.smallest_pivot, pivots.smallest);
-    return pivots.ok;
-  };
-  workers_.run(parts_.count(), [&](int part) { pivots_[part] = eliminate(parts_.part(part)); });
-  bool ok = true;
-  for (int p = 0; p < parts_.count(); ++p) ok = add(pivots_[p]) && ok;
-  if (!ok || !add(eliminate(parts_.rest()))) {
-    return {.trust = {.pivoted = false, .perturbation = gamma_}};
+  for (Index k = 0; k < nodes_; ++k) {
+    ends_[k] = tree_.column_starts[k];
+    if (!take_pivot(k, eliminate_row(k), result)) return {.trust = result.trust};
   }
   result.status = FactorizationStatus::Ok;
   factorized_ = true;

@@ -5,11 +5,10 @@
 #include <vector>
 
 #include "linalg/array.hpp"
+#include "linalg/elimination_tree.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
-#include "linalg/tree_parts.hpp"
 #include "linalg/uncopied.hpp"
-#include "linalg/workers.hpp"
 
 namespace ipminmax {
 
@@ -21,8 +20,7 @@ namespace ipminmax {
 /// A + gamma I up to rounding, which is for the caller to test.
 class PairedLdltSolver final : public SymmetricSolver, Uncopied {
  public:
-  /// threads: for one large factorization, at most.
-  PairedLdltSolver(Ordering ordering, double gamma, int threads = 1);
+  PairedLdltSolver(Ordering ordering, double gamma);
 
   /// Unlike other solvers reads the values of the matrix, from which it makes the pairs; the last
   /// ordering stays where these are the same. signs are not read.
@@ -47,20 +45,12 @@ class PairedLdltSolver final : public SymmetricSolver, Uncopied {
   void build_pattern(const SymmetricMatrix& matrix);
   [[nodiscard]] bool make_room();
   void load_values(const SymmetricMatrix& matrix);
-  /// Of some nodes.
-  struct Pivots {
-    Inertia inertia;
-    double smallest = kInfinity;
-    bool ok = true;  ///< none is singular or not finite
-  };
-  [[nodiscard]] Pivots eliminate(std::span<const Index> nodes);
   [[nodiscard]] Block eliminate_row(Index node);
-  void take_pivot(Index node, const Block& pivot, Pivots& pivots);
+  [[nodiscard]] bool take_pivot(Index node, const Block& pivot, Factorization& result);
   void solve_one(std::span<double> rhs);
 
   Ordering ordering_;
   double gamma_;
-  int threads_;
   int pairs_ = 0;
   Array<Index> partner_;  ///< of each row of the matrix; itself: none
   Array<bool> left_;      ///< rows with a small diagonal and no partner
@@ -77,9 +67,6 @@ class PairedLdltSolver final : public SymmetricSolver, Uncopied {
   Array<Index> ends_;      // of the columns' entries made so far
   Array<Block> blocks_, inverse_;
   Array<Block> row_;  // one row of L D under elimination; else zero
-  TreeParts parts_;
-  Array<Pivots> pivots_;  // by part
-  Workers workers_;
   Array<double> permuted_;
   bool factorized_ = false;
 };

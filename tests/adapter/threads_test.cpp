@@ -7,13 +7,12 @@
 
 #include <gtest/gtest.h>
 
+#include <problems/scalable_problems.hpp>
 #include <support/count_threads.hpp>
 
-#include "../../examples/chauffeur_tnlp.hpp"
 #include "adapter/control/stages.hpp"
 #include "adapter/ipopt/autodiff_tnlp.hpp"
 #include "adapter/ipopt/minmax_application.hpp"
-#include "adapter/ipopt/tnlp_problem.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -21,21 +20,6 @@ namespace {
 
 using testing::has_threads;
 using testing::threads_of_this_process;
-
-constexpr int kHorizon = 6000;
-
-/// Looks at the process's threads whenever it is evaluated.
-class Watched : public chauffeur::ChauffeurTNLP {
- public:
-  Watched()
-      : ChauffeurTNLP(chauffeur::refined(kHorizon), {},
-                      {0.2 / kHorizon, 0.04 / kHorizon, 0.02 / kHorizon}) {}
-  bool eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number& value) override {
-    most_threads = std::max(most_threads, threads_of_this_process());
-    return ChauffeurTNLP::eval_f(n, x, new_x, value);
-  }
-  int most_threads = 0;
-};
 
 struct Case {
   const char* name;
@@ -46,26 +30,28 @@ struct Case {
 class TwoThreads : public ::testing::TestWithParam<Case> {};
 
 TEST_P(TwoThreads, GiveTheBitsOfOne) {
-  const Ipopt::SmartPtr<Watched> model = new Watched;
+  const auto grid = testing::f30_few_min(3, 100);
   SolverOptions options;
   options.tol = 1e-6;
   options.max_iter = 8;
   options.minmax_globalization = GetParam().globalization;
   options.linear_solver = GetParam().solver;
   const int before = threads_of_this_process();
+  int most_threads = 0;
   const auto solved = [&](int threads) {
     options.minmax_threads = threads;
-    model->most_threads = 0;
-    TnlpProblem problem(model);
-    EXPECT_EQ(problem.load(), "");
-    Result result = solve(problem, options);
+    most_threads = 0;
+    Result result = solve(*grid.problem, options, [&](const IterationInfo&) {
+      most_threads = std::max(most_threads, threads_of_this_process());
+      return true;
+    });
     EXPECT_TRUE(has_threads(before));
     return result;
   };
   const Result one = solved(1);
-  EXPECT_EQ(model->most_threads, before);
+  EXPECT_EQ(most_threads, before);
   const Result two = solved(2);
-  EXPECT_GT(model->most_threads, before);
+  EXPECT_GT(most_threads, before);
   EXPECT_EQ(one.status, two.status);
   EXPECT_EQ(one.certificate.kind, two.certificate.kind);
   EXPECT_EQ(one.iterations, two.iterations);

@@ -77,32 +77,6 @@ TEST(Postorder, HasChildrenBeforeParentsWithoutGaps) {
   }
 }
 
-TEST(OrderWithoutFill, EndsWhereItIsToldAndFillsInNoMore) {
-  for (unsigned seed = 1; seed <= 30; ++seed) {
-    const Rows a = random_rows(static_cast<Index>(seed * 3), 2.0 / (seed * 3.0), seed);
-    const EliminationTree tree = elimination_tree(a.view());
-    const std::vector<std::set<Index>> below = eliminate(a.view());
-    const Index last = static_cast<Index>(seed) % tree.dimension();
-    const std::vector<Index> place = order_without_fill(tree, factor_pattern(a.view(), tree), last);
-    EXPECT_EQ(place[at(last)], tree.dimension() - 1);
-    // L + L' in that order.
-    std::vector<std::set<Index>> rows(below.size());
-    std::size_t entries = 0;
-    for (Index j = 0; j < tree.dimension(); ++j) {
-      for (const Index i : below[at(j)]) {
-        rows[at(std::max(place[at(i)], place[at(j)]))].insert(std::min(place[at(i)], place[at(j)]));
-        ++entries;
-      }
-    }
-    Rows filled;
-    for (const std::set<Index>& row : rows) {
-      filled.columns.insert(filled.columns.end(), row.begin(), row.end());
-      filled.starts.push_back(static_cast<Index>(filled.columns.size()));
-    }
-    EXPECT_EQ(at(elimination_tree(filled.view()).entries()), entries);
-  }
-}
-
 TEST(EliminationTree, OfNothingIsEmpty) {
   const Rows none;
   const EliminationTree tree = elimination_tree(none.view());
