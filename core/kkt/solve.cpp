@@ -360,8 +360,8 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   const Counting counting(*this, FactorizationCause::Multipliers);
   full_.assemble_projection(evaluation);
   release_full();
-  NewtonResidual& rhs = gradient_;
-  Step& step = multipliers_;
+  NewtonResidual& rhs = residual_;
+  Step& step = correction_;
   set_zero(canonical_, rhs);
   set_zero(canonical_, step);
   for (const bool max : {true, false}) {
