@@ -49,20 +49,24 @@ class OwnPart {
   }
   [[nodiscard]] Sizes sizes(const Step& s) const {
     Sizes found{.v = infinity_norm(s.v.tail(n_)), .lambda = infinity_norm(s.lambda.tail(m_))};
-    for (const Index i : terms_.lower) found.z = largest(found.z, std::abs(s.z_lower[i]));
-    for (const Index i : terms_.upper) found.z = largest(found.z, std::abs(s.z_upper[i]));
+    for (const auto& [i, distance, z] : terms_.lower)
+      found.z = largest(found.z, std::abs(s.z_lower[i]));
+    for (const auto& [i, distance, z] : terms_.upper)
+      found.z = largest(found.z, std::abs(s.z_upper[i]));
     return found;
   }
   void copy(const Step& from, Step& to) const {
     copy_equations(from, to);
-    for (const Index i : terms_.lower) to.z_lower[i] = from.z_lower[i];
-    for (const Index i : terms_.upper) to.z_upper[i] = from.z_upper[i];
+    for (const auto& [i, distance, z] : terms_.lower) to.z_lower[i] = from.z_lower[i];
+    for (const auto& [i, distance, z] : terms_.upper) to.z_upper[i] = from.z_upper[i];
   }
   void add(double factor, const Step& correction, Step& step) const {
     step.v.tail(n_) += factor * correction.v.tail(n_);
     step.lambda.tail(m_) += factor * correction.lambda.tail(m_);
-    for (const Index i : terms_.lower) step.z_lower[i] += factor * correction.z_lower[i];
-    for (const Index i : terms_.upper) step.z_upper[i] += factor * correction.z_upper[i];
+    for (const auto& [i, distance, z] : terms_.lower)
+      step.z_lower[i] += factor * correction.z_lower[i];
+    for (const auto& [i, distance, z] : terms_.upper)
+      step.z_upper[i] += factor * correction.z_upper[i];
   }
   /// Rows of the variables and constraints.
   void copy_equations(const NewtonResidual& from, NewtonResidual& to) const {
@@ -165,8 +169,8 @@ void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const Ne
   const BarrierTerms& at_point = block.barrier_terms();
   Eigen::VectorXd& t = eliminated_;
   t.setZero();
-  for (const Index i : at_point.lower) t[i] = rhs.z_lower[i] / at_point.distance_lower[i];
-  for (const Index i : at_point.upper) t[i] -= rhs.z_upper[i] / at_point.distance_upper[i];
+  for (const auto& [i, distance, z] : at_point.lower) t[i] = rhs.z_lower[i] / distance;
+  for (const auto& [i, distance, z] : at_point.upper) t[i] -= rhs.z_upper[i] / distance;
   const IndexRange variables = block.variables(), constraints = block.constraints();
   const Index of_min = canonical_.y().begin - variables.begin, of_max = variables.size() - of_min;
   t.segment(variables.begin, of_min) += rhs.v.segment(variables.begin, of_min);
@@ -202,14 +206,10 @@ void KktSystem::expand(KktBlock& block, const Regularization& shift, const Newto
   }
   step.z_lower.tail(variables.size()).setZero();
   step.z_upper.tail(variables.size()).setZero();
-  for (const Index i : at_point.lower) {
-    step.z_lower[i] =
-        (rhs.z_lower[i] - at_point.z_lower[i] * step.v[i]) / at_point.distance_lower[i];
-  }
-  for (const Index i : at_point.upper) {
-    step.z_upper[i] =
-        (rhs.z_upper[i] + at_point.z_upper[i] * step.v[i]) / at_point.distance_upper[i];
-  }
+  for (const auto& [i, distance, z] : at_point.lower)
+    step.z_lower[i] = (rhs.z_lower[i] - z * step.v[i]) / distance;
+  for (const auto& [i, distance, z] : at_point.upper)
+    step.z_upper[i] = (rhs.z_upper[i] + z * step.v[i]) / distance;
 }
 
 bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
@@ -239,15 +239,13 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
   block.subtract_product(evaluation, step.v, step.lambda, residual.v, residual.lambda);
   Eigen::VectorXd& dz = eliminated_;
   dz.setZero();
-  for (const Index i : at_point.lower) {
+  for (const auto& [i, distance, z] : at_point.lower) {
     dz[i] = -step.z_lower[i];
-    residual.z_lower[i] -=
-        at_point.z_lower[i] * step.v[i] + at_point.distance_lower[i] * step.z_lower[i];
+    residual.z_lower[i] -= z * step.v[i] + distance * step.z_lower[i];
   }
-  for (const Index i : at_point.upper) {
+  for (const auto& [i, distance, z] : at_point.upper) {
     dz[i] += step.z_upper[i];
-    residual.z_upper[i] -=
-        at_point.distance_upper[i] * step.z_upper[i] - at_point.z_upper[i] * step.v[i];
+    residual.z_upper[i] -= distance * step.z_upper[i] - z * step.v[i];
   }
   const bool shifted = shift != Regularization{};
   const IndexRange variables = block.variables();
