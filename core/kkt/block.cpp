@@ -44,13 +44,6 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .threads = options.minmax_threads};
 }
 
-void BarrierTerms::reserve(const CanonicalProblem& canonical) {
-  curvature.resize(canonical.variables());
-  take_none();
-  lower.reserve(canonical.lower_bounded().size());
-  upper.reserve(canonical.upper_bounded().size());
-}
-
 void BarrierTerms::take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin) {
   take_none();
   curvature.setZero();
@@ -126,7 +119,7 @@ KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalPro
   matrix_ = pattern_->matrix;
   matrix_.set_zero();
   diagonal_.setZero(dimension());
-  terms_.reserve(canonical);
+  terms_.curvature.resize(canonical.variables());
   curvature_.setZero(variables().size());
   forget_copies();
 }

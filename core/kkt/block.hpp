@@ -98,8 +98,6 @@ struct BarrierTerms {
   Eigen::VectorXd curvature;  ///< Sigma per canonical variable, >= 0
   std::vector<Bound> lower, upper;
 
-  /// With room for those of an iterate.
-  void reserve(const CanonicalProblem& canonical);
   /// Those of an iterate; of variables up to begin they are of no interest.
   void take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin);
   /// The curvature given: bounds at distance 1 with these multipliers.

@@ -249,7 +249,8 @@ class Solve {
   StepMethod& method_for(const Start& start) {
     const bool is_first = start.how == StepKind::None;
     if (!start.algorithm_one_until && has_line_search()) {
-      return globalized_.emplace(*context_, restorer(), arrays_.search.point, arrays_.method);
+      return globalized_.emplace(*context_, restorer(), arrays_.search.point, arrays_.method,
+                                 arrays_.search.certificate);
     }
     if (is_first && options_.minmax_freeze_tol > 0.0) {
       observation_->say(
