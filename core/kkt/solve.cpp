@@ -137,7 +137,6 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   const auto size = static_cast<Eigen::Index>(reduced.size());
   Eigen::Map<Eigen::VectorXd> solution(reduced.data(), size);
   reduced_residual_ = reduced_rhs_ = solution;
-  product_.resize(size);
   solution.setZero();
   double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
@@ -150,8 +149,8 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
     last_ratio = ratio;
     solve_with_factors(block, {reduced_residual_.data(), reduced.size()});
     solution += reduced_residual_;
-    block.matrix().multiply(reduced, {product_.data(), reduced.size()});
-    reduced_residual_ = reduced_rhs_ - product_;
+    block.matrix().multiply(reduced, {reduced_residual_.data(), reduced.size()});
+    reduced_residual_ = reduced_rhs_ - reduced_residual_;
   }
 }
 
@@ -396,16 +395,21 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
 
 const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluation, double share) {
   const Index n = canonical_.variables(), y = canonical_.y().begin;
-  // Of variables and then of constraints; zero where it is not known.
-  Eigen::VectorXd &size = known_, &fill = found_;
-  size.setZero(n + canonical_.constraints());
+  // Zero where it is not known; constraints are numbered after the variables.
+  Step &known = residual_, &found = correction_;
+  set_zero(known);
+  const auto of = [&](Step& sizes, Index i) -> double& {
+    return i < n ? sizes.v[i] : sizes.lambda[i - n];
+  };
   const auto take = [&](Index i, Index j, double entry) {
     // What rows would give x by elimination has no bound where Max has no room left.
     if (entry == 0.0 || (i < y && j >= n)) return;
-    if (i == j) fill[i] = std::abs(entry);
-    if (size[i] > 0.0 || size[j] == 0.0) return;
-    const double found = entry * (entry / size[j]);
-    fill[i] = fill[i] > 0.0 ? std::min(fill[i], found) : found;
+    double& fill = of(found, i);
+    if (i == j) fill = std::abs(entry);
+    const double size = of(known, j);
+    if (of(known, i) > 0.0 || size == 0.0) return;
+    const double eliminated = entry * (entry / size);
+    fill = fill > 0.0 ? std::min(fill, eliminated) : eliminated;
   };
   const auto take_all = [&](Index first, const auto& entries, const std::vector<double>& values) {
     for (const auto k : indices(values)) {
@@ -415,11 +419,11 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
   };
   constexpr int kSweeps = 6;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    fill = size;
+    found = known;
     take_all(0, canonical_.hessian(), evaluation.hessian);
     take_all(n, canonical_.jacobian(), evaluation.jacobian);
-    if (fill == size) break;
-    size = fill;
+    if (found.v == known.v && found.lambda == known.lambda) break;
+    known = found;
   }
   double largest_x = 0.0, largest = 0.0;
   for (const auto k : indices(evaluation.hessian)) {
@@ -430,7 +434,7 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
   if (largest == 0.0) largest = 1.0;  // f may be constant: any will do
   if (largest_x == 0.0) largest_x = largest;
   for (Index i = 0; i < n; ++i)
-    proximal_[i] = share * (size[i] > 0.0 ? size[i] : i < y ? largest_x : largest);
+    proximal_[i] = share * (known.v[i] > 0.0 ? known.v[i] : i < y ? largest_x : largest);
   return &proximal_;
 }
 

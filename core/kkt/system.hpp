@@ -40,8 +40,8 @@ struct KktArrays {
   NewtonResidual residual_, last_residual_;
   Step correction_;
   // The same against the assembled matrix, in its rows
-  Eigen::VectorXd reduced_rhs_, reduced_residual_, product_;
-  Eigen::VectorXd proximal_, known_, found_;  ///< of proximal_curvature
+  Eigen::VectorXd reduced_rhs_, reduced_residual_;
+  Eigen::VectorXd proximal_;  ///< of proximal_curvature
 };
 
 /// What of a solution is accurate enough for its use, where the options' residual_ratio_max asks
