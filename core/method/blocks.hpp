@@ -48,7 +48,8 @@ class InnerMaximizer : MethodContext {
     filter_.begin_anew(at(parameters::inner::kSteps));
   }
 
-  Parts parts;  ///< what is left of the workspace
+  Parts parts;                            ///< what is left of the workspace
+  Step& correction_step_ = parts.step();  ///< of corrections and escapes: used up at once
 
   enum class Outcome : std::uint8_t {
     Maximum,     ///< in sight, and the gain at most the target
@@ -331,7 +332,7 @@ class InnerMaximizer : MethodContext {
   Filter& filter_;
   Point& trial_ = parts.point();
   NewtonResidual& rhs_ = parts.step();
-  Step &correction_step_ = parts.step(), &more_ = parts.step();
+  Step& more_ = parts.step();
   Eigen::VectorXd& gradient_ = more_.v;          ///< of the value
   Eigen::VectorXd& start_v_ = more_.z_lower;     ///< where maximize began
   Eigen::VectorXd& corrected_c_ = more_.lambda;  ///< right-hand side of second-order corrections
@@ -376,7 +377,7 @@ class OuterBlock : MethodContext {
              Workspace& workspace)
       : MethodContext(context), inner(context, first, inner_filter, Parts(workspace)) {
     trial = first;
-    for (Step* zero : {direction.step, trial_direction.step, &rhs, &step, &corrected, &more_})
+    for (Step* zero : {direction.step, trial_direction.step, &rhs, &step, &more_})
       set_zero(canonical_, *zero);
   }
 
@@ -550,7 +551,7 @@ class OuterBlock : MethodContext {
   InnerDirection trial_direction{&parts.step()};  ///< at the trial point
   NewtonResidual& rhs = parts.step();
   Step& step = parts.step();
-  Step& corrected = parts.step();  ///< another step, of corrections and escapes
+  Step& corrected = inner.correction_step_;
   Step& more_ = parts.step();
   Eigen::VectorXd& corrected_c = more_.lambda;  ///< right-hand side of second-order corrections
   Eigen::VectorXd& gradient_ = more_.v;
