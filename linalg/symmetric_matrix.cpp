@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "linalg/array.hpp"
 #include "linalg/symmetric_matrix.hpp"
 
 namespace ipminmax {
@@ -30,8 +29,7 @@ void check_entries(Index dimension, std::span<const Triplet> entries) {
 
 }  // namespace
 
-SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entries)
-    : dimension_(dimension) {
+SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entries) {
   check_entries(dimension, entries);
   const std::size_t n = at(dimension);
   const std::size_t triplets = entries.size();
@@ -55,40 +53,39 @@ SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entri
     for (const Index k : by_row.items) add(lower_col(at(k)), k);
   });
 
-  column_starts_.assign(n + 1, 0);
-  rows_.reserve(items);
-  triplet_positions_.resize(triplets);
+  const auto pattern = std::make_shared<Pattern>();
+  pattern_ = pattern;
+  auto& [column_starts, rows, positions] = *pattern;
+  column_starts.assign(n + 1, 0);
+  rows.reserve(items);
+  positions.resize(triplets);
   for (std::size_t j = 0; j < n; ++j) {
     Index last_row = -1;
     for (const Index item : sorted[static_cast<Index>(j)]) {
       const std::size_t k = at(item);
       const Index row = lower_row(k);
-      if (row != last_row) rows_.push_back(row);
+      if (row != last_row) rows.push_back(row);
       last_row = row;
-      if (k < triplets) triplet_positions_[k] = static_cast<Index>(rows_.size()) - 1;
+      if (k < triplets) positions[k] = static_cast<Index>(rows.size()) - 1;
     }
-    column_starts_[j + 1] = static_cast<Index>(rows_.size());
+    column_starts[j + 1] = static_cast<Index>(rows.size());
   }
-  rows_.shrink_to_fit();
-  values_.assign(rows_.size(), 0.0);
+  rows.shrink_to_fit();
+  set_zero();
 }
 
-void SymmetricMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
-
 void SymmetricMatrix::multiply(std::span<const double> x, std::span<double> product) const {
-  std::fill(product.begin(), product.end(), 0.0);
-  const std::size_t n = at(dimension_);
-  for (std::size_t j = 0; j < n; ++j) {
-    const std::size_t begin = at(column_starts_[j]);
-    const std::size_t end = at(column_starts_[j + 1]);
-    const double x_j = x[j];
-    double sum = values_[begin] * x_j;
-    for (std::size_t p = begin + 1; p < end; ++p) {
-      const std::size_t i = at(rows_[p]);
+  std::ranges::fill(product, 0.0);
+  const auto& [starts, rows, positions] = *pattern_;
+  for (Index j = 0; j < dimension(); ++j) {
+    const double x_j = x[at(j)];
+    double sum = values_[starts[j]] * x_j;
+    for (Index p = starts[j] + 1; p < starts[j + 1]; ++p) {
+      const std::size_t i = at(rows[p]);
       product[i] += values_[p] * x_j;
       sum += values_[p] * x[i];
     }
-    product[j] += sum;
+    product[at(j)] += sum;
   }
 }
 

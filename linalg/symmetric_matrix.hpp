@@ -1,15 +1,15 @@
 #pragma once
 
+#include <memory>
 #include <span>
-#include <utility>
-#include <vector>
 
-#include "linalg/numbers.hpp"
+#include "linalg/array.hpp"
 #include "linalg/triplet.hpp"
 
 namespace ipminmax {
 
-/// Symmetric sparse matrix with a fixed pattern; only values change after construction.
+/// Symmetric sparse matrix with a fixed pattern, which copies share; only values change after
+/// construction.
 ///
 /// Stores the lower triangle by columns (compressed), rows ascending. Every diagonal entry is in
 /// the pattern, so that a multiple of the identity can always be added; the diagonal entry of
@@ -22,32 +22,27 @@ class SymmetricMatrix {
   /// one position. Throws std::invalid_argument when an index is outside [0, dimension).
   SymmetricMatrix(Index dimension, std::span<const Triplet> entries);
 
-  [[nodiscard]] Index dimension() const { return dimension_; }
-  [[nodiscard]] Index nonzeros() const { return static_cast<Index>(rows_.size()); }
+  [[nodiscard]] Index dimension() const { return static_cast<Index>(column_starts().size()) - 1; }
+  [[nodiscard]] Index nonzeros() const { return static_cast<Index>(rows().size()); }
   [[nodiscard]] std::span<const Index> column_starts() const {
-    return column_starts_;
-  }                                                                         ///< dimension+1
-  [[nodiscard]] std::span<const Index> rows() const { return rows_; }       ///< nonzeros
-  [[nodiscard]] std::span<const double> values() const { return values_; }  ///< nonzeros
+    return pattern_->column_starts;
+  }                                                                             ///< dimension+1
+  [[nodiscard]] std::span<const Index> rows() const { return pattern_->rows; }  ///< nonzeros
+  [[nodiscard]] std::span<const double> values() const { return values_; }      ///< nonzeros
   [[nodiscard]] std::span<double> values() { return values_; }
 
   /// Position in values() of each triplet given to the constructor, in their order.
-  [[nodiscard]] std::span<const Index> triplet_positions() const { return triplet_positions_; }
-  /// Hands the positions over; triplet_positions() is empty afterwards.
-  [[nodiscard]] std::vector<Index> take_triplet_positions() {
-    return std::exchange(triplet_positions_, {});
-  }
+  [[nodiscard]] std::span<const Index> triplet_positions() const { return pattern_->positions; }
 
   /// Position in values() of the diagonal entry (i, i).
-  [[nodiscard]] Index diagonal_position(Index i) const { return column_starts_[at(i)]; }
+  [[nodiscard]] Index diagonal_position(Index i) const { return pattern_->column_starts[i]; }
 
   /// visit(row, column, position in values()) for every entry, column by column.
   template <class Visit>
   void for_each_entry(Visit&& visit) const {
-    for (Index j = 0; j < dimension_; ++j) {
-      for (Index p = column_starts_[at(j)]; p < column_starts_[at(j) + 1]; ++p) {
-        visit(rows_[at(p)], j, p);
-      }
+    const auto& [starts, rows, positions] = *pattern_;
+    for (Index j = 0; j < dimension(); ++j) {
+      for (Index p = starts[j]; p < starts[j + 1]; ++p) visit(rows[p], j, p);
     }
   }
   /// The same for the entries below the diagonal.
@@ -58,7 +53,9 @@ class SymmetricMatrix {
     });
   }
 
-  void set_zero();
+  void set_zero() { values_.assign(rows().size(), 0.0); }
+  /// Copies have no values before they are set to zero.
+  void drop_values() { Array<double>().swap(values_); }
 
   /// product = A x; both of length dimension, not overlapping.
   void multiply(std::span<const double> x, std::span<double> product) const;
@@ -67,11 +64,12 @@ class SymmetricMatrix {
   [[nodiscard]] double max_norm() const;
 
  private:
-  Index dimension_ = 0;
-  std::vector<Index> column_starts_{0};
-  std::vector<Index> rows_;
-  std::vector<double> values_;
-  std::vector<Index> triplet_positions_;
+  struct Pattern {
+    Array<Index> column_starts{0};
+    Array<Index> rows, positions;
+  };
+  std::shared_ptr<const Pattern> pattern_ = std::make_shared<Pattern>();
+  Array<double> values_;
 };
 
 }  // namespace ipminmax

@@ -27,13 +27,13 @@ void guess_active_set(const TestContext& c, double strict_ratio, TrialPoint& tri
 }
 
 void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double error_times) {
-  Vector& curvature = arrays_.curvature;
+  Vector& curvature = curvature_;
   curvature.setZero(canonical.variables());
   for (const Index i : each_variable(canonical)) {
     const bool max = canonical.owned_by_max(i);
     const bool held = set[i] == BoundClass::Active || (set[i] == BoundClass::WeaklyActive &&
                                                        (max ? fixed.max_fixed : fixed.min_fixed));
-    arrays_.fixed[at(i)] = held;
+    fixed_[i] = held ? 1.0 : 0.0;
     if (is_slack(canonical, i)) {
       curvature[i] = held ? parameters::certificate::kRigid : 1.0;
     } else if (held) {
@@ -42,21 +42,32 @@ void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double error_tim
       curvature[i] = canonical.sign(i) * error_times * error[i];
     }
   }
-  arrays_.reduced.hessian = arrays_.scaled.hessian;
-  for_each_in_hessian(canonical, arrays_.reduced, [&](Index i, Index j, double& value) {
+  reduced_.hessian = evaluation_.hessian;
+  reduced_.jacobian = evaluation_.jacobian;
+  scale(reduced_);
+  for_each_in_hessian(canonical, reduced_, [&](Index i, Index j, double& value) {
     if (is_fixed(i) || is_fixed(j)) value = 0.0;
   });
-  arrays_.reduced.jacobian = arrays_.scaled.jacobian;
-  for_each_in_jacobian(canonical, arrays_.reduced, [&](Index row, Index col, double& value) {
+  for_each_in_jacobian(canonical, reduced_, [&](Index row, Index col, double& value) {
     if (is_fixed(col) || !counts(row)) value = 0.0;
   });
   const bool any = !set.redundant.empty() || !set.held_rows.empty();
-  arrays_.left_out.assign(any ? at(canonical.constraints()) : 0, true);
+  left_out_.assign(any ? at(canonical.constraints()) : 0, true);
   for (Index j = 0; any && j < canonical.constraints(); ++j) {
-    arrays_.left_out[at(j)] = set.is_left_out(j);
+    left_out_[at(j)] = set.is_left_out(j);
     if (canonical.slack_of(j) >= 0 && set.is_left_out(j)) curvature[canonical.slack_of(j)] = 1.0;
   }
-  kkt.assemble(arrays_.reduced, curvature, arrays_.left_out);
+  kkt.assemble(reduced_, curvature, left_out_);
+}
+
+void ActiveSetSystem::scale(Evaluation& derivatives) const {
+  derivatives.jacobian_call = derivatives.hessian_call = 0;  // of no evaluation
+  for_each_in_hessian(canonical, derivatives, [&](Index i, Index j, double& value) {
+    value *= scaling.variable[i] * scaling.variable[j];
+  });
+  for_each_in_jacobian(canonical, derivatives, [&](Index row, Index col, double& value) {
+    value *= scaling.constraint[row] * scaling.variable[col];
+  });
 }
 
 }  // namespace ipminmax

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "core/certificate/scaling.hpp"
 #include "core/kkt/system.hpp"
+#include "core/point/workspace.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -110,16 +110,6 @@ void for_each_slack(const CanonicalProblem& canonical, Visit&& visit) {
   }
 }
 
-/// Work arrays of an ActiveSetSystem, kept from one to the next.
-struct ActiveSetArrays {
-  Evaluation scaled, reduced;
-  std::vector<char> fixed;     ///< as bool, read often
-  std::vector<bool> left_out;  ///< rows, or empty
-  Vector curvature;
-  NewtonResidual rhs;  ///< right-hand side of the next solve
-  Step step;
-};
-
 /// The scaled KKT system of the active set. Variables at active bounds and rows of inactive
 /// inequalities are taken out; active inequalities are equalities. It uses the matrices of a
 /// KktSystem: rows that are taken out become rows of the identity with the expected signs.
@@ -134,27 +124,18 @@ class ActiveSetSystem {
   /// phi(x) is at least the value with them.
   static constexpr Weak kSufficient{.min_fixed = false, .max_fixed = true};
 
-  /// Copies the point's derivatives. arrays: not used by another system at the same time; null: the
-  /// system makes its own.
+  /// Of a point's derivatives. left: parts of the workspace that nobody works with.
   ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
                   const ActiveBounds& its_set, const VariableScaling& its_scaling,
-                  const Evaluation& evaluation, ActiveSetArrays* arrays = nullptr)
+                  const Evaluation& evaluation, const Parts& left)
       : canonical(its_canonical),
         kkt(its_kkt),
         set(its_set),
         scaling(its_scaling),
-        arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
-    Evaluation& scaled = arrays_.scaled;
-    scaled = evaluation;
-    scaled.jacobian_call = scaled.hessian_call = 0;  // of no evaluation
-    for_each_in_hessian(canonical, scaled, [&](Index i, Index j, double& value) {
-      value *= scaling.variable[i] * scaling.variable[j];
-    });
-    for_each_in_jacobian(canonical, scaled, [&](Index row, Index col, double& value) {
-      value *= scaling.constraint[row] * scaling.variable[col];
-    });
-    arrays_.reduced = scaled;
-    arrays_.fixed.assign(at(canonical.variables()), false);
+        parts(left),
+        evaluation_(evaluation) {
+    reduced_ = evaluation;
+    fixed_.setZero(canonical.variables());
   }
   ActiveSetSystem(const ActiveSetSystem&) = delete;
   ActiveSetSystem& operator=(const ActiveSetSystem&) = delete;
@@ -166,20 +147,25 @@ class ActiveSetSystem {
   KktSystem& kkt;
   const ActiveBounds& set;
   const VariableScaling& scaling;
+  Parts parts;  ///< what the system leaves of the workspace
 
   /// Derivatives in the matrices of the last assemble().
-  [[nodiscard]] const Evaluation& assembled() const { return arrays_.reduced; }
+  [[nodiscard]] const Evaluation& assembled() const { return reduced_; }
   /// Rows that are left out, or empty.
-  [[nodiscard]] const std::vector<bool>& left_out() const { return arrays_.left_out; }
+  [[nodiscard]] const std::vector<bool>& left_out() const { return left_out_; }
   /// Scaled derivatives, nothing taken out.
-  [[nodiscard]] const Evaluation& derivatives() const { return arrays_.scaled; }
+  [[nodiscard]] Evaluation derivatives() const {
+    Evaluation scaled = evaluation_;
+    scale(scaled);
+    return scaled;
+  }
   /// Returns a zero right-hand side and clears the solution, for the next solve.
   [[nodiscard]] NewtonResidual& rhs() {
-    set_zero(canonical, arrays_.step);
-    set_zero(canonical, arrays_.rhs);
-    return arrays_.rhs;
+    set_zero(canonical, step_);
+    set_zero(canonical, rhs_);
+    return rhs_;
   }
-  [[nodiscard]] Step& step() { return arrays_.step; }
+  [[nodiscard]] Step& step() { return step_; }
   /// Solves with K_yy (inner) or K as factorized last. False: not accurate.
   [[nodiscard]] bool solve(bool inner, const NewtonResidual& rhs, Step& solution,
                            const Accuracy& accuracy = {}) {
@@ -188,7 +174,7 @@ class ActiveSetSystem {
   }
 
   /// Whether a variable is at an active bound, weakly active bounds as in the last assemble().
-  [[nodiscard]] bool is_fixed(Index variable) const { return arrays_.fixed[at(variable)] != 0; }
+  [[nodiscard]] bool is_fixed(Index variable) const { return fixed_[variable] != 0.0; }
   /// Neither fixed nor a slack.
   [[nodiscard]] bool is_free(Index variable) const {
     return !is_fixed(variable) && !is_slack(canonical, variable);
@@ -200,8 +186,14 @@ class ActiveSetSystem {
   }
 
  private:
-  std::optional<ActiveSetArrays> own_;
-  ActiveSetArrays& arrays_;
+  void scale(Evaluation& derivatives) const;
+
+  const Evaluation& evaluation_;
+  Evaluation& reduced_ = parts.point().evaluation;
+  NewtonResidual& rhs_ = parts.step();
+  Step &step_ = parts.step(), &more_ = parts.step();
+  Vector &curvature_ = more_.v, &fixed_ = more_.z_lower;
+  std::vector<bool> left_out_;
 };
 
 }  // namespace ipminmax

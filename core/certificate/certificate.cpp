@@ -42,12 +42,11 @@ bool reaches_solution(TestContext& c, TrialPoint& trial) {
 /// At most two factorizations of each matrix at a clear point, with the margin in it: right with it
 /// is right without.
 FirstLook first_look(TestContext& c, TrialPoint& trial) {
-  trial.scaling = variable_scaling(c.canonical, trial.point.iterate.v, trial.point.evaluation,
-                                   c.arrays.scaling);
+  scale_variables(c.canonical, trial.point.iterate.v, trial.point.evaluation, c.parts,
+                  trial.scaling);
   guess_active_set(c, kStrictRatio, trial);
   if (!trial.set.is_clear(c.canonical)) return FirstLook::Unclear;
-  ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation,
-                         &c.arrays.system);
+  ActiveSetSystem system = c.system_of(trial);
   const Vector error = c.scaled_hessian_error(trial.scaling);
   double asked = std::max({kInTols * c.options.minmax_curvature_tol, c.margin(),
                            std::min(kInTols * c.options.tol, kMostFar)});
@@ -82,9 +81,8 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
 /// it by the barrier would give them lengths.
 void hold_inactive_copies(TestContext& c, TrialPoint& trial) {
   const Iterate& given = c.given.iterate;
-  trial.inactive =
-      inactive_copies(c.canonical, given,
-                      variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling));
+  scale_variables(c.canonical, given.v, c.given.evaluation, c.parts, trial.scaling);
+  trial.inactive = inactive_copies(c.canonical, given, trial.scaling);
   Vector& lambda = trial.point.iterate.lambda;
   for (const Index i : trial.inactive.variables)
     lambda[c.canonical.constraint_of_slack(c.canonical.robust_slack(i))] = 0.0;
@@ -188,10 +186,12 @@ Certificate write(TestContext& c, const TrialPoint& trial, SecondOrder verdict, 
 
 Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,
                 const SolverOptions& options, Index factorizations, CertificateArrays& arrays) {
-  TestContext c{canonical, kkt,   options,
-                arrays,    point, kkt.factorizations() + factorizations + kToConfirm};
+  const Index last = kkt.factorizations() + factorizations + kToConfirm;
+  TestContext c{canonical, kkt, options, arrays, point, Parts(arrays), last};
   c.hessian_error = canonical.hessian_error(point.iterate.v, point.iterate.lambda);
   TrialPoint own, *trial = &arrays.trial;
+  Point& room = c.parts.point();
+  std::swap(trial->point, room);
   trial->begin(canonical, point, mu);
   SecondOrder verdict = SecondOrder::Undecided;
   try {
@@ -220,6 +220,7 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
   finding.point = std::move(trial->moved);
   finding.mu = trial->mu;
   finding.wrong = std::move(trial->wrong);
+  std::swap(arrays.trial.point, room);
   return finding;
 }
 

@@ -129,33 +129,17 @@ struct Finding {
   std::string remark;  ///< which entry of W is wrong; empty: none. Without line end
 };
 
-/// Direction of little curvature of both matrices, by two inverse iterations each, and an upper
-/// estimate of the least curvature, scaled; with work arrays, kept from call to call.
+/// An upper estimate of the least curvature of both matrices, scaled, by two inverse iterations.
 struct LittleCurvature {
-  Vector direction;  ///< canonical lengths; with a generic part, so that errors of all rows show
   double least = 1.0;
   Index variable = -1;  ///< canonical, the one that moves most along the least; -1: no factors
-  NewtonResidual rhs;
-  Step solution;
-  Vector step;
-  Eigen::ArrayXd largest;
-  std::vector<bool> held;  ///< variables at active bounds, and slacks
-  DifferenceArrays differences;
-};
-/// Work arrays of the check of a vertex.
-struct CornerArrays {
-  Vector here, there;  ///< gradients of the Lagrangian
-  Vector balanced, step, predicted, longest;
 };
 
-/// Work arrays of the test, kept from test to test.
-struct CertificateArrays {
-  ScalingArrays scaling;
+/// Work arrays of the test, kept from test to test; the workspace is its own while it runs.
+struct CertificateArrays : Workspace {
+  VariableScaling scaling;
   TrialPoint trial;  ///< of the first look
-  ActiveSetArrays system;
-  NewtonArrays newton;
   LittleCurvature curvature;
-  CornerArrays corner;
 };
 
 /// Makes the second-order test at a first-order point: the paper's Proposition "Second order

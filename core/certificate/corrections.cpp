@@ -127,7 +127,9 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
     keep(there.hessian, certain.hessian);
     keep(there.jacobian, certain.jacobian);
   }
-  return variable_scaling(c.canonical, z.v, certain, c.arrays.scaling, trial.proximal > 0.0);
+  VariableScaling scaling;
+  scale_variables(c.canonical, z.v, certain, c.parts, scaling, trial.proximal > 0.0);
+  return scaling;
 }
 
 /// Computes the Newton step to the solution with the trial's active set. Sets converges, and error:

@@ -13,38 +13,86 @@ namespace {
 
 using namespace parameters::certificate;
 
-/// Adds a direction of little curvature of one player to the one found, the other one answering.
-void add_little_curvature(TestContext& c, const Evaluation& assembled, bool inner) {
+/// A direction of little curvature of both matrices, by two inverse iterations each.
+struct CurvatureSearch {
+  TestContext& c;
+  const ActiveSetSystem* system;
+  Parts parts;
+  NewtonResidual& rhs = parts.step();
+  Step& solution = parts.step();
+  Step& more = parts.step();
+  Vector& direction = more.v;  ///< canonical lengths
   LittleCurvature& found = c.arrays.curvature;
-  const IndexRange own = inner ? c.canonical.y() : c.canonical.x();
-  if (own.size() == 0) return;
-  set_zero(c.canonical, found.rhs);
-  set_zero(c.canonical, found.solution);
-  // Of these solutions only the size and the direction matter, and the factors have been tested.
-  const auto solve = [&](const NewtonResidual& rhs, Step& step) {
-    return inner ? c.kkt.solve_inner(assembled, rhs, step, kUnrefined)
-                 : c.kkt.solve(assembled, rhs, step, kUnrefined);
-  };
-  const auto prepare = [&](Vector& d) {
-    for (const Index i : indices(d)) {
-      if (found.held[at(i)]) d[i] = 0.0;
+
+  /// Variables at active bounds, and slacks.
+  bool is_held(Index i) const { return system ? !system->is_free(i) : is_slack(c.canonical, i); }
+
+  /// Adds a direction of little curvature of one player, the other one answering.
+  void add(const Evaluation& assembled, bool inner) {
+    const IndexRange own = inner ? c.canonical.y() : c.canonical.x();
+    if (own.size() == 0) return;
+    set_zero(c.canonical, rhs);
+    set_zero(c.canonical, solution);
+    // Of these solutions only the size and the direction matter, and the factors have been tested.
+    const auto solve = [&](const NewtonResidual& right, Step& step) {
+      return inner ? c.kkt.solve_inner(assembled, right, step, kUnrefined)
+                   : c.kkt.solve(assembled, right, step, kUnrefined);
+    };
+    const auto prepare = [&](Vector& d) {
+      for (const Index i : indices(d)) {
+        if (is_held(i)) d[i] = 0.0;
+      }
+    };
+    const auto stop = [&](int k, double growth) {
+      if (k > 0 && (1.0 / growth < found.least || found.variable < 0)) {
+        found.least = std::min(found.least, 1.0 / growth);
+        solution.v.segment(own.begin, own.size()).cwiseAbs().maxCoeff(&found.variable);
+        found.variable += own.begin;
+      }
+      return k > 0;
+    };
+    if (!turn_to_curvature({.variables = own, .iterations = 2}, rhs, solution, solve, prepare,
+                           stop)) {
+      return;
     }
-  };
-  const auto stop = [&](int k, double growth) {
-    if (k > 0 && (1.0 / growth < found.least || found.variable < 0)) {
-      found.least = std::min(found.least, 1.0 / growth);
-      found.solution.v.segment(own.begin, own.size()).cwiseAbs().maxCoeff(&found.variable);
-      found.variable += own.begin;
-    }
-    return k > 0;
-  };
-  if (!turn_to_curvature({.variables = own, .iterations = 2}, found.rhs, found.solution, solve,
-                         prepare, stop)) {
-    return;
+    const double length = max_norm(solution.v);
+    if (length > 0.0) direction += solution.v / length;
   }
-  const double length = max_norm(found.solution.v);
-  if (length > 0.0) found.direction += found.solution.v / length;
-}
+
+  /// The direction, with a generic part, so that errors of all rows show. assembled: null if there
+  /// are no factors.
+  void find(const Evaluation* assembled) {
+    direction.setZero(c.canonical.variables());
+    found = {};
+    for (const bool inner : {false, true}) {
+      if (assembled) add(*assembled, inner);
+    }
+    for (const Index i : each_variable(c.canonical)) {
+      if (!is_held(i)) direction[i] += generic_entry(i);
+    }
+    if (system) direction.array() *= system->scaling.variable.array();
+  }
+
+  /// Compares W with a difference of gradients along the direction, to a tenth of its curvature.
+  /// Returns the row of W that disagrees most; empty: none, or the model is undefined on both sides
+  /// of the point. lambda: for which W was evaluated.
+  std::optional<Deviation> wrong_row(const Point& point, const Vector& lambda,
+                                     const VariableScaling& scaling) {
+    const Vector& v = point.iterate.v;
+    const double longest = max_norm(direction.cwiseQuotient(scaling.variable));
+    if (!(longest > 0.0)) return std::nullopt;
+    const double size = ipminmax::longest(c.canonical, v, scaling);
+    Vector &step = more.z_lower, &largest = more.z_upper;
+    step = (kHardly + kRootOfRounding * size) / longest * direction;
+    largest = kMostFar * v.array().abs().max(1.0);
+    step = step.cwiseMax(-largest).cwiseMin(largest);
+    keep_within_bounds(c.canonical, v, kLittle, step);
+    return compare_second_derivatives(
+        c.canonical, v, lambda, point.evaluation, step, scaling.variable,
+        std::clamp(kLittle * found.least, kLeastError, kLargestError),
+        {.first = rhs, .second = solution, .end = parts.point().evaluation});
+  }
+};
 
 /// A vertex of one player, of_max, or the other.
 struct CornerCheck {
@@ -53,7 +101,12 @@ struct CornerCheck {
   const Point& point;
   CanonicalProblem& canonical = c.canonical;
   const ActiveBounds& set = trial.set;
-  CornerArrays& arrays = c.arrays.corner;
+  Parts parts = c.parts;
+  Step &first = parts.step(), &second = parts.step();
+  Vector &here = first.v, &there = first.z_lower;  ///< gradients of the Lagrangian
+  Vector& balanced = first.z_upper;  ///< what active bounds and inequalities balance of the first
+  Vector &step = second.v, &predicted = second.z_lower, &longest = second.lambda;
+  Evaluation& scratch = parts.point().evaluation;
   double off = 0.0;  ///< of active bounds, over the variable's own size
 
   bool is_active(Index i) const { return set[i] == BoundClass::Active && set.side_of(i) != 0; }
@@ -74,7 +127,7 @@ struct CornerCheck {
   /// Whether curvature says something of a player: he has more variables, but for free ones that
   /// nothing reads, than active bounds and rows.
   bool has_free_variable(bool of_max) const {
-    Vector& read = arrays.step;
+    Vector& read = step;
     read.setZero(canonical.variables());
     for_each_in_hessian(canonical, point.evaluation, [&](Index i, Index j, double value) {
       if (value != 0.0) read[i] = read[j] = 1.0;
@@ -95,10 +148,8 @@ struct CornerCheck {
     return free > 0;
   }
 
-  /// arrays.balanced: what active bounds and inequalities balance of the gradient; 0: nothing.
   void balance() {
-    take_gradient(point.evaluation, arrays.here);
-    Vector& balanced = arrays.balanced;
+    take_gradient(point.evaluation, here);
     balanced.setZero(canonical.variables());
     for_each_active([&](Index row, Index col, double value) {
       balanced[col] = std::max(balanced[col], std::abs(point.iterate.lambda[row] * value));
@@ -121,7 +172,6 @@ struct CornerCheck {
   /// The first direction goes far in every other variable, the second one in those between.
   void step_inside(bool of_max, int number) const {
     constexpr double kShort = 0.05;
-    Vector &step = arrays.step, &longest = arrays.longest;
     step.setZero(canonical.variables());
     longest.setZero(canonical.constraints());
     const auto next = [&] { return number++ % 2 == 0 ? 1.0 : kShort; };
@@ -148,14 +198,11 @@ struct CornerCheck {
 
   Index lost_along(bool of_max, int number) const {
     step_inside(of_max, number);
-    Evaluation& scratch = c.arrays.newton.there;
-    const Vector &step = arrays.step, &balanced = arrays.balanced;
     if (step.isZero(0.0)) return -1;
     // Of the answers of Max his own multipliers have to stay, of a step of Min all.
     const auto is_tested = [&](Index i) {
       return balanced[i] > 0.0 && (canonical.owned_by_max(i) || !of_max);
     };
-    Vector& predicted = arrays.predicted;
     predicted.setZero(step.size());
     add_hessian_product(canonical, point.evaluation, step, predicted);
     double shorter = 1.0;
@@ -165,11 +212,11 @@ struct CornerCheck {
         shorter = std::min(shorter, most / std::abs(predicted[i]));
     }
     scratch = point.evaluation;
-    Vector& change = arrays.there;
+    Vector& change = there;
     change = point.iterate.v + shorter * step;
     if (!canonical.first_derivatives(change, scratch)) return -1;
     take_gradient(scratch, change);
-    change -= arrays.here;
+    change -= here;
     for (const Index i : indices(step)) {
       if (!is_tested(i)) continue;
       // Of a bound's multiplier what it gains is no matter.
@@ -181,50 +228,16 @@ struct CornerCheck {
   }
 };
 
-/// Compares W with a difference of gradients along the direction of little curvature, to a tenth of
-/// that curvature. Returns the row of W that disagrees most; empty: none, or the model is undefined
-/// on both sides of the point. lambda: for which W was evaluated.
-std::optional<Deviation> find_wrong_row(TestContext& c, const Point& point, const Vector& lambda,
-                                        const VariableScaling& scaling) {
-  LittleCurvature& curvature = c.arrays.curvature;
-  const double longest = max_norm(curvature.direction.cwiseQuotient(scaling.variable));
-  if (!(longest > 0.0)) return std::nullopt;
-  const double size = ipminmax::longest(c.canonical, point.iterate.v, scaling);
-  Vector& step = curvature.step;
-  step = (kHardly + kRootOfRounding * size) / longest * curvature.direction;
-  curvature.largest = kMostFar * point.iterate.v.array().abs().max(1.0);
-  step.array() = step.array().max(-curvature.largest).min(curvature.largest);
-  keep_within_bounds(c.canonical, point.iterate.v, kLittle, step);
-  return compare_second_derivatives(
-      c.canonical, point.iterate.v, lambda, point.evaluation, step, scaling.variable,
-      std::clamp(kLittle * curvature.least, kLeastError, kLargestError), curvature.differences);
-}
-
 }  // namespace
 
 void TestContext::examine_curvature(const Point& point, const Vector& lambda,
                                     const ActiveSetSystem* system, const Evaluation* assembled) {
-  const VariableScaling& scaling =
-      system ? system->scaling
-             : variable_scaling(canonical, point.iterate.v, point.evaluation, arrays.scaling);
-  LittleCurvature& work = arrays.curvature;
-  work.held.resize(at(canonical.variables()));
-  for (const Index i : each_variable(canonical))
-    work.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
-  Vector& direction = work.direction;
-  direction.setZero(canonical.variables());
-  work.least = 1.0;
-  work.variable = -1;
-  if (system) assembled = &system->assembled();
-  for (const bool inner : {false, true}) {
-    if (assembled) add_little_curvature(*this, *assembled, inner);
-  }
-  for (const Index i : each_variable(canonical)) {
-    if (!work.held[at(i)]) direction[i] += generic_entry(i);
-  }
-  if (system) direction.array() *= scaling.variable.array();
+  if (!system) scale_variables(canonical, point.iterate.v, point.evaluation, parts, arrays.scaling);
+  const VariableScaling& scaling = system ? system->scaling : arrays.scaling;
+  CurvatureSearch search{*this, system, system ? system->parts : parts};
+  search.find(system ? &system->assembled() : assembled);
   // Differences have errors of their own, which the tests allow for.
-  if (!hessian_error) wrong_row = find_wrong_row(*this, point, lambda, scaling);
+  if (!hessian_error) wrong_row = search.wrong_row(point, lambda, scaling);
 }
 
 Index multiplier_lost_inside(TestContext& c, const TrialPoint& trial, const Point& point) {

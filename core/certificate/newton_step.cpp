@@ -21,23 +21,35 @@ struct ActiveSetNewton {
   CanonicalProblem& canonical = c.canonical;
   const Iterate& iterate = trial.point.iterate;
   const Evaluation& evaluation = trial.point.evaluation;
-  NewtonArrays& work = c.arrays.newton;
   NewtonTest& test = trial.newton;
   const ActiveBounds& set = trial.set;
   const VariableScaling& scaling = trial.scaling;
+  Parts parts = system.parts;
+  /// v: the gradient of the Lagrangian, as predicted for the end of the step; of slacks -lambda.
+  /// lambda: without those of rows that do not count.
+  Step& here = parts.step();
+  Step& newton = parts.step();
+  Step& probe = parts.step();  ///< v: the step; lambda: at its end
+  Step& end = parts.step();    ///< v: of the probe step; lambda: a little beyond
+  Step& rows = parts.step();   ///< minus a right-hand side
+  Step& changes = parts.step();
+  Step& back = parts.step();
+  Step& second = parts.step();
+  Evaluation& there = parts.point().evaluation;  ///< at the end of the probe step
 
   double length(const Vector& v) const { return longest(canonical, v, scaling); }
 
-  /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
-  bool solve_scaled(Vector& v, Vector& lambda) {
+  /// Right-hand side -rows and solution wanted in the canonical problem's lengths.
+  bool solve_scaled(Step& solution) {
     NewtonResidual& rhs = system.rhs();
     for (const Index i : each_variable(canonical)) {
-      if (system.is_free(i)) rhs.v[i] = scaling.variable[i] * -work.row_v[i];
+      if (system.is_free(i)) rhs.v[i] = scaling.variable[i] * -rows.v[i];
     }
     for (const Index j : each_constraint(canonical)) {
-      if (system.counts(j)) rhs.lambda[j] = scaling.constraint[j] * -work.row_c[j];
+      if (system.counts(j)) rhs.lambda[j] = scaling.constraint[j] * -rows.lambda[j];
     }
     if (!solve(rhs, system.step())) return false;
+    Vector &v = solution.v, &lambda = solution.lambda;
     v = system.step().v.cwiseProduct(scaling.variable);
     lambda = system.step().lambda.cwiseProduct(scaling.constraint);
     for (const Index i : each_variable(canonical)) {
@@ -50,35 +62,35 @@ struct ActiveSetNewton {
   }
 
   bool first_step() {
-    work.lambda = iterate.lambda;
+    here.lambda = iterate.lambda;
     for (const Index j : each_constraint(canonical)) {
-      if (!system.counts(j) && !set.is_redundant(j)) work.lambda[j] = 0.0;
+      if (!system.counts(j) && !set.is_redundant(j)) here.lambda[j] = 0.0;
     }
-    Vector& fixed = work.fixed;
+    Vector& fixed = back.v;  // the way to their bounds
     fixed.setZero(canonical.variables());
     for (const Index i : each_variable(canonical)) {
       if (system.is_fixed(i) && set.side_of(i) != 0)
         fixed[i] = set.side_of(i) * set.distance(canonical, iterate, i);
     }
-    Vector& gradient = work.gradient;
+    Vector& gradient = here.v;
     gradient = evaluation.gradient;
-    add_transposed_product(canonical, evaluation, work.lambda, gradient);
-    work.row_v = gradient;
-    add_hessian_product(canonical, evaluation, fixed, work.row_v);
-    work.row_c = evaluation.c;
-    add_constraint_product(canonical, evaluation, fixed, work.row_c);
-    if (!solve_scaled(work.dv, work.dlambda)) return false;
-    work.dv += fixed;
-    work.change_c = evaluation.c;
-    add_constraint_product(canonical, evaluation, work.dv, work.change_c);
+    add_transposed_product(canonical, evaluation, here.lambda, gradient);
+    rows.v = gradient;
+    add_hessian_product(canonical, evaluation, fixed, rows.v);
+    rows.lambda = evaluation.c;
+    add_constraint_product(canonical, evaluation, fixed, rows.lambda);
+    if (!solve_scaled(newton)) return false;
+    newton.v += fixed;
+    changes.lambda = evaluation.c;
+    add_constraint_product(canonical, evaluation, newton.v, changes.lambda);
     for_each_slack(canonical,
                    [&](Index j, Index slack) {  // of inactive inequalities: follow their constraint
-                     if (!system.is_fixed(slack)) work.dv[slack] = work.change_c[j];
+                     if (!system.is_fixed(slack)) newton.v[slack] = changes.lambda[j];
                    });
-    add_hessian_product(canonical, evaluation, work.dv, gradient);
-    add_transposed_product(canonical, evaluation, work.dlambda, gradient);
+    add_hessian_product(canonical, evaluation, newton.v, gradient);
+    add_transposed_product(canonical, evaluation, newton.lambda, gradient);
     for_each_slack(canonical, [&](Index j, Index slack) {
-      gradient[slack] = -(work.lambda[j] + work.dlambda[j]);
+      gradient[slack] = -(here.lambda[j] + newton.lambda[j]);
     });
     return true;
   }
@@ -93,7 +105,7 @@ struct ActiveSetNewton {
       const int side = set.side_of(i);
       if (side == 0 || !system.is_fixed(i)) continue;
       const double before = set.multiplier(iterate, i);
-      const double after = -side * canonical.sign(i) * work.gradient[i];
+      const double after = -side * canonical.sign(i) * here.v[i];
       if (set[i] == BoundClass::Active) {
         expect(i, std::abs(after - before) <= kConfirmed * before);
       } else if (canonical.owned_by_max(i) && after < -before) {  // else zero, as far as is known
@@ -108,8 +120,8 @@ struct ActiveSetNewton {
       constexpr double kAtBound = 1e-4;
       const double own = relaxation_of(canonical, i, side, c.options);
       const bool at_bound = set.side_of(i) == side && canonical.owned_by_max(i) &&
-                            std::abs(distance - side * work.dv[i] - own) < kAtBound * own;
-      expect(i, side * work.dv[i] <= kConfirmed * distance && !at_bound);
+                            std::abs(distance - side * newton.v[i] - own) < kAtBound * own;
+      expect(i, side * newton.v[i] <= kConfirmed * distance && !at_bound);
     });
   }
 
@@ -117,8 +129,8 @@ struct ActiveSetNewton {
   /// distances if all bounds are moved back by their relaxation: those of active bounds and of
   /// Max's inactive ones have to keep half of what they are.
   void look_at_model_bounds() {
-    Vector &back = work.fixed, &outside = work.row_v, &curvature = work.change_v;
-    for (Vector* v : {&back, &outside, &curvature}) v->setZero(canonical.variables());
+    Vector &inside = back.v, &outside = rows.v, &curvature = changes.v;
+    for (Vector* v : {&inside, &outside, &curvature}) v->setZero(canonical.variables());
     bool decides = false;  // a bound of a variable without curvature
     // Curvature of its own, of its owner's sign, makes a variable's best value one, whatever its
     // multiplier is.
@@ -140,29 +152,28 @@ struct ActiveSetNewton {
         const bool of_max = canonical.owned_by_max(i) && set[i] == BoundClass::Inactive;
         decides = decides || (of_max && curvature[i] == 0.0);
       } else if (set.side_of(i) == side) {
-        back[i] = -side * own;
+        inside[i] = -side * own;
         decides = decides || curvature[i] == 0.0;
       }
     });
     if (!decides) return;
-    Vector& moved = work.change_v;  // of the gradient, by those that no bound holds
+    Vector& moved = changes.v;  // of the gradient, by those that no bound holds
     moved.setZero(canonical.variables());
     for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
       moved[i] += std::abs(value) * outside[j];
       if (i != j) moved[j] += std::abs(value) * outside[i];
     });
-    Vector &dv = work.second_v, &change = work.row_v;
+    Vector &dv = second.v, &change = rows.v;
     change.setZero(canonical.variables());
-    work.row_c.setZero(canonical.constraints());
-    add_hessian_product(canonical, evaluation, back, change);
-    add_constraint_product(canonical, evaluation, back, work.row_c);
-    if (!solve_scaled(dv, work.second_lambda)) return;
-    dv += back;
+    rows.lambda.setZero(canonical.constraints());
+    add_hessian_product(canonical, evaluation, inside, change);
+    add_constraint_product(canonical, evaluation, inside, rows.lambda);
+    if (!solve_scaled(second)) return;
+    dv += inside;
     change.setZero(canonical.variables());
     add_hessian_product(canonical, evaluation, dv, change);
-    add_transposed_product(canonical, evaluation, work.second_lambda, change);
-    for_each_slack(canonical,
-                   [&](Index j, Index slack) { change[slack] = -work.second_lambda[j]; });
+    add_transposed_product(canonical, evaluation, second.lambda, change);
+    for_each_slack(canonical, [&](Index j, Index slack) { change[slack] = -second.lambda[j]; });
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const bool active = set[i] == BoundClass::Active;
       const bool near = set[i] == BoundClass::Inactive && canonical.owned_by_max(i);
@@ -179,109 +190,107 @@ struct ActiveSetNewton {
   /// The Newton step and a little beyond, so that rounding does not decide.
   void choose_probe_step() {
     const double size = std::max(length(iterate.v), kInTols);
-    work.probe = work.dv;
-    for (const Index i : indices(work.probe)) {
+    probe.v = newton.v;
+    for (const Index i : indices(probe.v)) {
       if (system.is_fixed(i)) {
-        work.probe[i] *= kShareOfWay;
+        probe.v[i] *= kShareOfWay;
       } else if (!is_slack(canonical, i)) {
         // Beyond what a contraction leaves of the step: W may jump at the solution itself.
         const double own =
             std::min(std::abs(iterate.v[i]), own_size(canonical, iterate.v[i], i, scaling));
-        const double probe = kRootOfRounding * own + kConstant * scaling.variable[i] * size +
-                             kContraction * std::abs(work.dv[i]);
-        work.probe[i] += work.dv[i] < 0.0 ? -probe : probe;
+        const double farther = kRootOfRounding * own + kConstant * scaling.variable[i] * size +
+                               kContraction * std::abs(newton.v[i]);
+        probe.v[i] += newton.v[i] < 0.0 ? -farther : farther;
       }
     }
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
-      const double step = side * work.dv[i], beyond = (1.0 + kContraction) * step;
+      const double step = side * newton.v[i], beyond = (1.0 + kContraction) * step;
       const double most = std::max(kLittle * distance, beyond < distance ? beyond : step);
-      if (system.is_free(i) && side * work.probe[i] > most) work.probe[i] = side * most;
+      if (system.is_free(i) && side * probe.v[i] > most) probe.v[i] = side * most;
     });
-    work.probe_v = iterate.v + work.probe;
-    work.probe_lambda = work.lambda + work.dlambda;
+    end.v = iterate.v + probe.v;
+    probe.lambda = here.lambda + newton.lambda;
   }
 
   /// Derivatives at the end of the probe step beside what the linearized equations predict there.
   bool compare() {
-    Evaluation& there = work.there;
-    Vector& probed = work.probed;
-    probed = work.probe_lambda;
+    Vector& probed = end.lambda;
+    probed = probe.lambda;
     constexpr double kFarther = 1e-10;  // of a multiplier, beyond its own step
     for (const Index j : indices(probed))
-      probed[j] += (work.dlambda[j] < 0.0 ? -kFarther : kFarther) * std::abs(probed[j]);
+      probed[j] += (newton.lambda[j] < 0.0 ? -kFarther : kFarther) * std::abs(probed[j]);
     there = evaluation;
-    if (!canonical.constraints(work.probe_v, there.c) ||
-        !canonical.first_derivatives(work.probe_v, there) ||
-        !canonical.second_derivatives(work.probe_v, probed, there)) {
+    if (!canonical.constraints(end.v, there.c) || !canonical.first_derivatives(end.v, there) ||
+        !canonical.second_derivatives(end.v, probed, there)) {
       return false;
     }
-    work.back_v = -work.probe;
-    work.back_lambda = -work.probe_lambda;
-    work.row_v = there.gradient - evaluation.gradient;
-    add_transposed_product(canonical, there, work.probe_lambda, work.row_v);
-    add_transposed_product(canonical, evaluation, work.back_lambda, work.row_v);
-    add_hessian_product(canonical, evaluation, work.back_v, work.row_v);
-    work.row_c = there.c - evaluation.c;
-    add_constraint_product(canonical, evaluation, work.back_v, work.row_c);
-    Vector& second_v = work.second_v;
-    if (!solve_scaled(second_v, work.second_lambda)) return false;
+    back.v = -probe.v;
+    back.lambda = -probe.lambda;
+    rows.v = there.gradient - evaluation.gradient;
+    add_transposed_product(canonical, there, probe.lambda, rows.v);
+    add_transposed_product(canonical, evaluation, back.lambda, rows.v);
+    add_hessian_product(canonical, evaluation, back.v, rows.v);
+    rows.lambda = there.c - evaluation.c;
+    add_constraint_product(canonical, evaluation, back.v, rows.lambda);
+    if (!solve_scaled(second)) return false;
     // It grows with the probe step; of rounding nothing is left.
-    test.contraction = ratio(length(second_v), length(work.probe)) / (1.0 + kContraction);
+    test.contraction = ratio(length(second.v), length(probe.v)) / (1.0 + kContraction);
     if (test.contraction <= kRounding) test.contraction = 0.0;
-    if (second_v.size() > 0)
-      second_v.cwiseQuotient(scaling.variable).cwiseAbs().maxCoeff(&test.left_in);
+    if (second.v.size() > 0)
+      second.v.cwiseQuotient(scaling.variable).cwiseAbs().maxCoeff(&test.left_in);
     test.hessian_change.assign(there.hessian.size(), 0.0);
-    compare_hessian(there);
-    look_at_other_side();
-    measure_error();
+    compare_hessian();
     look_at_inequalities();
     measure_variation();
+    look_at_other_side();
+    measure_error();
     return test.error.allFinite() && std::isfinite(test.contraction);
   }
 
-  void compare_hessian(const Evaluation& other) {
-    for (std::size_t k = 0; k < other.hessian.size(); ++k) {
-      const double change = std::abs(other.hessian[k] - evaluation.hessian[k]);
+  void compare_hessian() {
+    for (std::size_t k = 0; k < there.hessian.size(); ++k) {
+      const double change = std::abs(there.hessian[k] - evaluation.hessian[k]);
       test.hessian_change[k] = std::max(test.hessian_change[k], change);
     }
   }
 
   /// If a step is nothing but rounding, here and the end of the probe step may be on one side of
-  /// where W jumps: W is compared on the other side of the end as well. A model that is undefined
-  /// there has no other W.
+  /// where W jumps: W is compared on the other side of the end as well, in place of what was there.
+  /// A model that is undefined there has no other W.
   void look_at_other_side() {
     bool is_there = false;
-    for (const Index i : indices(work.probe)) {
+    for (const Index i : indices(probe.v)) {
       is_there = is_there || (system.is_free(i) &&
-                              std::abs(work.dv[i]) <= kStepIsRounding * std::abs(work.probe[i]));
+                              std::abs(newton.v[i]) <= kStepIsRounding * std::abs(probe.v[i]));
     }
     if (!is_there) return;
-    Vector& v = work.change_v;
-    v = work.probe_v;
+    Vector& v = changes.v;
+    v = end.v;
     for (const Index i : indices(v)) {
-      if (!system.is_fixed(i)) v[i] = iterate.v[i] - work.probe[i] + 2.0 * work.dv[i];
+      if (!system.is_fixed(i)) v[i] = iterate.v[i] - probe.v[i] + 2.0 * newton.v[i];
     }
-    work.end = evaluation;
-    if (canonical.second_derivatives(v, work.probed, work.end)) compare_hessian(work.end);
+    there = evaluation;
+    if (canonical.second_derivatives(v, end.lambda, there)) compare_hessian();
   }
 
   void measure_error() {
     test.error.setZero(canonical.variables());
-    work.counted = test.hessian_change;
-    for_each_entry(canonical.hessian(), work.counted, [&](Index i, Index j, double& value) {
+    std::vector<double>& counted = there.hessian;
+    counted = test.hessian_change;
+    for_each_entry(canonical.hessian(), counted, [&](Index i, Index j, double& value) {
       const bool held = set[i] == BoundClass::Active || set[j] == BoundClass::Active;
       value *= held ? 0.0 : 2.0;
     });
-    add_row_sums(canonical, work.counted, scaling.variable, test.error);
+    add_row_sums(canonical, counted, scaling.variable, test.error);
   }
 
   /// Their values at the end of the probe step, where they are not what their gradients predict. A
   /// weakly active one is violated by no more than it is satisfied now.
   void look_at_inequalities() {
-    Vector& change = work.change_v;
+    Vector& change = changes.v;
     change.setZero(canonical.variables());
     for_each_slack(canonical, [&](Index j, Index slack) {
-      if (!system.is_fixed(slack)) change[slack] = work.probe[slack] + work.there.c[j];
+      if (!system.is_fixed(slack)) change[slack] = probe.v[slack] + there.c[j];
     });
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const double most = set[i] == BoundClass::Inactive ? kConfirmed : 2.0;
@@ -293,21 +302,21 @@ struct ActiveSetNewton {
   /// what bounds are relaxed by moves inequalities about as far as the probe step.
   void measure_variation() {
     double share = 0.0;  // the Newton step, with its rounding, over the step that is tried
-    for (const Index i : indices(work.probe)) {
-      if (!system.is_free(i) || work.probe[i] == 0.0) continue;
-      const double step = std::abs(work.dv[i]) + kRounding * std::abs(iterate.v[i]);
-      share = std::max(share, step / std::abs(work.probe[i]));
+    for (const Index i : indices(probe.v)) {
+      if (!system.is_free(i) || probe.v[i] == 0.0) continue;
+      const double step = std::abs(newton.v[i]) + kRounding * std::abs(iterate.v[i]);
+      share = std::max(share, step / std::abs(probe.v[i]));
     }
     share = std::min(share, 1.0);
-    Vector &all = work.row_c, &inner = work.second_lambda;
+    Vector &all = rows.lambda, &inner = second.lambda;
     all.setZero(canonical.constraints());
     inner.setZero(canonical.constraints());
-    for (std::size_t k = 0; k < work.there.jacobian.size(); ++k) {
+    for (std::size_t k = 0; k < there.jacobian.size(); ++k) {
       const auto [row, col] = canonical.jacobian()[k];
       if (!system.counts(row) || system.is_fixed(col)) continue;
       const double change = (canonical.slack_of(row) < 0 ? share : 1.0) * scaling.constraint[row] *
                             scaling.variable[col] *
-                            std::abs(work.there.jacobian[k] - evaluation.jacobian[k]);
+                            std::abs(there.jacobian[k] - evaluation.jacobian[k]);
       all[row] += change;
       if (canonical.max_constraints().contains(row) && canonical.owned_by_max(col))
         inner[row] += change;
@@ -320,17 +329,17 @@ struct ActiveSetNewton {
   void place_end() {
     Iterate& z = test.end;
     z = iterate;
-    z.v += work.dv;
-    for (const Index i : indices(work.dv)) {
-      if (system.is_fixed(i)) z.v[i] = iterate.v[i] + kShareOfWay * work.dv[i];
+    z.v += newton.v;
+    for (const Index i : indices(newton.v)) {
+      if (system.is_fixed(i)) z.v[i] = iterate.v[i] + kShareOfWay * newton.v[i];
     }
-    z.lambda = work.lambda + work.dlambda;
+    z.lambda = here.lambda + newton.lambda;
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double before) {
       double& multiplier = multiplier_of(z, i, side);
       const double after = distance_to_bound(canonical, z.v, i, side);
       constexpr double kKept = 1e-3;  // of a multiplier that would change its sign
       if (system.is_fixed(i) && set.side_of(i) == side) {
-        multiplier = std::max(-side * canonical.sign(i) * work.gradient[i], kKept * multiplier);
+        multiplier = std::max(-side * canonical.sign(i) * here.v[i], kKept * multiplier);
       } else if (after > 0.0) {
         multiplier *= before / after;
       }
@@ -346,7 +355,7 @@ bool newton_confirms(TestContext& c, TrialPoint& trial, ActiveSetSystem& system,
   NewtonTest& test = trial.newton;
   test.clear();
   if (!newton.first_step()) return false;
-  test.step = newton.length(c.arrays.newton.dv);
+  test.step = newton.length(newton.newton.v);
   newton.look_at_set();
   newton.look_at_model_bounds();
   newton.choose_probe_step();

@@ -41,20 +41,6 @@ struct NewtonTest {
   }
 };
 
-/// Work arrays of newton_confirms, kept from call to call.
-struct NewtonArrays {
-  Vector lambda;       ///< without those of rows that do not count
-  Vector dv, dlambda;  ///< Newton step
-  Vector gradient;     ///< of the Lagrangian, as predicted for its end; of slacks: -lambda
-  Vector probe, probe_v, probe_lambda;  ///< probe step, and its end
-  Vector fixed;                         ///< way to the bounds of fixed variables
-  Vector row_v, row_c;                  ///< minus a right-hand side
-  Vector change_v, change_c, back_v, back_lambda;
-  Vector second_v, second_lambda, probed;
-  Evaluation there, end;        ///< at the end of the probe step; where W is compared besides
-  std::vector<double> counted;  ///< changes of W between free variables
-};
-
 /// Solves with the matrix K of the system, assembled as kSufficient, at zero shift.
 using KktSolve = std::function<bool(const NewtonResidual& rhs, Step& step)>;
 

@@ -17,7 +17,8 @@ struct TiedVariables {
   TiedVariables(const CanonicalProblem& canonical, const ActiveSetSystem& system, bool by_value)
       : free(at(canonical.variables()), false), tied(free), own(free.size(), 0.0) {
     for (const Index i : indices(canonical.y())) free[at(i)] = !system.is_fixed(i);
-    for_each_in_hessian(canonical, system.derivatives(), [&](Index i, Index j, double value) {
+    const Evaluation scaled = system.derivatives();
+    for_each_in_hessian(canonical, scaled, [&](Index i, Index j, double value) {
       if (!free[at(i)] || !free[at(j)] || (by_value && value == 0.0)) return;
       tied[at(i)] = tied[at(j)] = true;
       if (i == j) own[at(i)] += value;
@@ -40,7 +41,8 @@ bool by_structure(TestContext& c, const TrialPoint& trial, ActiveSetSystem& syst
   for (const auto& [row, col] : c.canonical.jacobian()) {
     if (is_linear(col)) set.redundant[at(row)] = true;
   }
-  ActiveSetSystem rest(c.canonical, c.kkt, set, trial.scaling, trial.point.evaluation);
+  ActiveSetSystem rest(c.canonical, c.kkt, set, trial.scaling, trial.point.evaluation,
+                       system.parts);
   const InertiaTest test = inner_test(rest, trial.error, c.margin());
   return test.inner && test.inner_inverse_norm <= kIndependent;
 }
@@ -61,7 +63,7 @@ bool is_saddle(const CanonicalProblem& canonical, const ActiveSetSystem& system)
 
 bool maximizes_weakly_at(TestContext& c, Point point, const TrialPoint& trial) {
   if (!c.may_factorize(2) || !c.evaluate_objective(point)) return false;
-  ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, point.evaluation);
+  ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, point.evaluation, c.parts);
   system.assemble({.min_fixed = true, .max_fixed = false});
   const bool shown = by_structure(c, trial, system);
   // Curvature below the error of differences and below the rounding of values is seen by neither.

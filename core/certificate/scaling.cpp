@@ -19,25 +19,31 @@ double inverse(double norm) { return norm > 1e-150 && norm < 1e150 ? 1.0 / norm 
 struct Scaler {
   const CanonicalProblem& canonical;
   const Evaluation& evaluation;
-  ScalingArrays& arrays;
-  Vector& d = arrays.scaling.variable;
+  VariableScaling& scaling;
+  Parts parts;
+  Step &first = parts.step(), &second = parts.step();
+  Vector& size = first.v;                                       ///< here or at the start
+  Vector &diagonal = first.z_lower, &coupling = first.z_upper;  ///< of W
+  Vector& norms = second.v;                                     ///< of rows of W
+  Vector &rows = first.lambda, &columns = second.z_lower;       ///< of the Jacobian
+  Vector& d = scaling.variable;
 
   /// The block of one player: diagonal entries first, then rows without one. Max's comes first; for
   /// Min what couples x to y counts, too: the maximizer's answer makes of it W_xy^2 / W_yy, which
   /// is curvature of x as well.
   void equilibrate(bool max) {
-    arrays.diagonal.setZero(d.size());
-    arrays.coupling.setZero(d.size());
+    diagonal.setZero(d.size());
+    coupling.setZero(d.size());
     for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
       const bool row = canonical.owned_by_max(i) == max, col = canonical.owned_by_max(j) == max;
-      if (i == j) arrays.diagonal[i] += std::abs(value);
+      if (i == j) diagonal[i] += std::abs(value);
       if (row == col || max) return;
-      double& coupling = arrays.coupling[row ? i : j];
-      coupling = std::max(coupling, std::abs(value) * d[row ? j : i]);
+      double& own = coupling[row ? i : j];
+      own = std::max(own, std::abs(value) * d[row ? j : i]);
     });
     for (const Index i : indices(d)) {
       if (canonical.owned_by_max(i) == max)
-        d[i] = inverse(std::max(std::sqrt(arrays.diagonal[i]), arrays.coupling[i]));
+        d[i] = inverse(std::max(std::sqrt(diagonal[i]), coupling[i]));
     }
     // Nothing but products, x_1 x_2: in proportion to their sizes.
     for_own(max, [&](Index i, Index j, double entry) {
@@ -51,7 +57,6 @@ struct Scaler {
     });
     constexpr int kSweeps = 4;
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      Vector& norms = arrays.norms;
       norms.setZero(d.size());
       for_own(max, [&](Index i, Index j, double entry) {
         norms[i] = std::max(norms[i], entry * (d[i] == kUnknown ? 1.0 : d[i]) * d[j]);
@@ -65,7 +70,7 @@ struct Scaler {
   /// Variables without curvature from the other player's, whose lengths are known; two that are
   /// both without share the coupling in proportion to their sizes.
   void measure_by_coupling() {
-    Vector &known = arrays.norms, &unknown = arrays.coupling;
+    Vector &known = norms, &unknown = coupling;
     known.setZero(d.size());
     unknown.setZero(d.size());
     for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
@@ -85,28 +90,23 @@ struct Scaler {
   /// Variables without curvature, from the constraints that tie them to others, but no less than
   /// their own size: a short one comes from an entry that vanishes.
   void spread_by_constraints() {
-    Vector &columns = arrays.columns, &rows = arrays.rows;
-    auto& open = arrays.open;  // entries of variables without a length
-    open.clear();
     set_row_norms();
-    for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
-      if (d[col] == kUnknown) open.push_back({row, col, std::abs(value)});
-    });
     bool found = true;
     constexpr int kRounds = 16;
     for (int round = 0; found && round < kRounds; ++round) {
       columns.setZero(d.size());
-      for (const auto& [row, col, entry] : open) {
-        if (rows[row] > 0.0) columns[col] = std::max(columns[col], entry / rows[row]);
-      }
-      found = std::erase_if(open, [&](const auto& one) {
-                const auto [row, col, entry] = one;
-                const double length = inverse(columns[col]);
-                if (length == kUnknown) return false;
-                d[col] = std::max(length, arrays.size[col]);
-                rows[row] = std::max(rows[row], entry * d[col]);
-                return true;
-              }) > 0;
+      for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
+        if (d[col] == kUnknown && rows[row] > 0.0)
+          columns[col] = std::max(columns[col], std::abs(value) / rows[row]);
+      });
+      found = false;
+      for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
+        const double length = inverse(columns[col]);
+        if (length == kUnknown) return;
+        d[col] = std::max(length, size[col]);
+        rows[row] = std::max(rows[row], std::abs(value) * d[col]);
+        found = true;
+      });
     }
     for (double& value : d) {
       if (value == kUnknown) value = 1.0;
@@ -117,28 +117,28 @@ struct Scaler {
   /// cut to what they can make up for, or to the variable's own size. Each equation cuts one
   /// length, as it determines one variable.
   void cut_by_equations() {
-    Vector& is_done = arrays.rows;  // or no equation
-    is_done.resize(canonical.constraints());
+    Vector& is_done = rows;           // or no equation
+    Vector& largest = second.lambda;  // term, the next one, and whose it is
+    Vector &next = parts.step().lambda, &owner = parts.step().lambda;
     for (const Index j : indices(is_done)) is_done[j] = canonical.slack_of(j) >= 0;
     bool any = true;
     constexpr int kRounds = 16;
     for (int round = 0; any && round < kRounds; ++round) {
-      arrays.terms.assign(at(canonical.constraints()), {});
+      for (Vector* all : {&largest, &next, &owner}) all->setZero(rows.size());
       for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
         if (is_done[row] > 0.0) return;
-        auto& [largest, second, variable] = arrays.terms[at(row)];
         const double term = std::abs(value) * d[col];
-        second = std::max(second, std::min(term, largest));
-        if (term > largest) largest = term, variable = col;
+        next[row] = std::max(next[row], std::min(term, largest[row]));
+        if (term > largest[row]) largest[row] = term, owner[row] = col;
       });
       any = false;
       for (const Index j : each_constraint(canonical)) {
-        const auto [largest, second, i] = arrays.terms[at(j)];
-        if (!(second > 0.0) || kLittle * largest <= second ||
+        const auto i = static_cast<Index>(owner[j]);
+        if (!(next[j] > 0.0) || kLittle * largest[j] <= next[j] ||
             canonical.owned_by_max(i) != canonical.max_constraints().contains(j)) {
           continue;
         }
-        d[i] = std::min(d[i], std::max(d[i] * second / largest, arrays.size[i]));
+        d[i] = std::min(d[i], std::max(d[i] * next[j] / largest[j], size[i]));
         is_done[j] = 1.0;
         any = true;
       }
@@ -149,8 +149,8 @@ struct Scaler {
   void measure_rows() {
     set_row_norms();
     for (const Index j : each_constraint(canonical)) {
-      const double length = inverse(arrays.rows[j]);
-      double& unit = arrays.scaling.constraint[j] = length == kUnknown ? 1.0 : length;
+      const double length = inverse(rows[j]);
+      double& unit = scaling.constraint[j] = length == kUnknown ? 1.0 : length;
       if (canonical.slack_of(j) >= 0) d[canonical.slack_of(j)] = 1.0 / unit;
     }
   }
@@ -164,38 +164,39 @@ struct Scaler {
     });
   }
   /// One where nothing shows it.
-  double size_of(Index i) const { return arrays.size[i] > 0.0 ? arrays.size[i] : 1.0; }
+  double size_of(Index i) const { return size[i] > 0.0 ? size[i] : 1.0; }
   /// Largest |J_ji| d_i of each row, unknown ones left out.
   void set_row_norms() {
-    arrays.rows.setZero(canonical.constraints());
+    rows.setZero(canonical.constraints());
     for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
-      arrays.rows[row] = std::max(arrays.rows[row], std::abs(value) * d[col]);
+      rows[row] = std::max(rows[row], std::abs(value) * d[col]);
     });
   }
 };
 
 }  // namespace
 
-const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                        const Evaluation& evaluation, ScalingArrays& arrays,
-                                        bool by_coupling) {
-  arrays.scaling.variable.setConstant(canonical.variables(), kUnknown);
-  arrays.scaling.constraint.setOnes(canonical.constraints());
-  arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
-  Scaler scaler{canonical, evaluation, arrays};
+void scale_variables(const CanonicalProblem& canonical, const Vector& v,
+                     const Evaluation& evaluation, Parts parts, VariableScaling& scaling,
+                     bool by_coupling) {
+  scaling.variable.setConstant(canonical.variables(), kUnknown);
+  scaling.constraint.setOnes(canonical.constraints());
+  Scaler scaler{canonical, evaluation, scaling, parts};
+  scaler.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
   scaler.equilibrate(true);
   scaler.equilibrate(false);
   if (by_coupling) scaler.measure_by_coupling();
   scaler.spread_by_constraints();
   scaler.cut_by_equations();
   scaler.measure_rows();
-  return arrays.scaling;
 }
 
 VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                  const Evaluation& evaluation) {
-  ScalingArrays arrays;
-  return variable_scaling(canonical, v, evaluation, arrays);
+  Workspace workspace;
+  VariableScaling scaling;
+  scale_variables(canonical, v, evaluation, Parts(workspace), scaling);
+  return scaling;
 }
 
 double own_size(const CanonicalProblem& canonical, double v, Index i,

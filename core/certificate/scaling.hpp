@@ -7,6 +7,7 @@
 #include "core/model/canonical_problem.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/iterate.hpp"
+#include "core/point/workspace.hpp"
 
 namespace ipminmax {
 
@@ -20,24 +21,6 @@ struct VariableScaling {
   Vector constraint;  ///< per canonical constraint
 };
 
-/// A scaling and its work arrays, kept from call to call.
-struct ScalingArrays {
-  VariableScaling scaling;
-  Vector size;                       ///< of variables, here or at the start
-  Vector diagonal, coupling, norms;  ///< of rows of W
-  Vector rows, columns;              ///< of the Jacobian
-  struct Terms {
-    double largest = 0.0, second = 0.0;
-    Index variable = -1;  ///< of the largest
-  };
-  std::vector<Terms> terms;  ///< of equations
-  struct Entry {
-    Index row, col;
-    double size;
-  };
-  std::vector<Entry> open;  ///< of the Jacobian
-};
-
 /// Computes the scaling: first from diagonal entries, then for rows without one from their
 /// couplings, then for variables without curvature from the constraints that tie them to others.
 /// Each step transforms correctly when the units of the model change. Variables that nothing ties
@@ -45,9 +28,9 @@ struct ScalingArrays {
 /// equations are negligible beside it, down to the variable's size at v or at the start.
 /// by_coupling: variables without curvature of their own get lengths from their coupling to the
 /// other player's.
-const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                        const Evaluation& evaluation, ScalingArrays& arrays,
-                                        bool by_coupling = false);
+void scale_variables(const CanonicalProblem& canonical, const Vector& v,
+                     const Evaluation& evaluation, Parts parts, VariableScaling& scaling,
+                     bool by_coupling = false);
 [[nodiscard]] VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                                const Evaluation& evaluation);
 

@@ -19,6 +19,7 @@ struct TestContext {
   const SolverOptions& options;
   CertificateArrays& arrays;
   const Point& given;
+  Parts parts;               ///< of the workspace
   Index last_factorization;  ///< limit for an undecided point, as counted by kkt
   Reasons reasons{canonical};
   std::optional<Vector> hessian_error{};  ///< of differences, canonical units
@@ -53,9 +54,9 @@ struct TestContext {
   [[nodiscard]] double allowed_error(const Point& reported) const {
     return std::max(error(reported), std::min(options.tol, options.acceptable_tol));
   }
-  /// With arrays of its own.
+  /// Not beside another one: both take the same parts of the workspace.
   [[nodiscard]] ActiveSetSystem system_of(const TrialPoint& trial) const {
-    return {canonical, kkt, trial.set, trial.scaling, trial.point.evaluation};
+    return {canonical, kkt, trial.set, trial.scaling, trial.point.evaluation, parts};
   }
   [[nodiscard]] Vector scaled_hessian_error(const VariableScaling& scaling) const {
     if (!hessian_error) return {};
@@ -70,10 +71,10 @@ struct TestContext {
   [[nodiscard]] bool evaluate_objective(Point& point) const {
     return canonical.objective(point.iterate.v, point.evaluation.f);
   }
-  /// Writes little curvature of the factorized matrices to arrays.curvature, and the row of W that
-  /// is wrong along it to wrong_row. lambda: for which the point's W was evaluated. system: null if
-  /// the active set is not known; then assembled: the matrices' unscaled derivatives. Both null:
-  /// there are no factors.
+  /// Writes the least curvature of the factorized matrices to arrays.curvature, and the row of W
+  /// that is wrong along its direction to wrong_row. lambda: for which the point's W was evaluated.
+  /// system: null if the active set is not known; then assembled: the matrices' unscaled
+  /// derivatives. Both null: there are no factors.
   void examine_curvature(const Point& point, const Vector& lambda, const ActiveSetSystem* system,
                          const Evaluation* assembled = nullptr);
 };

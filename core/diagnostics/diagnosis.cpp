@@ -286,11 +286,12 @@ std::optional<std::string> find_wrong_derivative(CanonicalProblem& canonical, bo
     return wrong;
   if (!has_hessian || !canonical.second_derivatives(v, lambda, here)) return {};
   const VariableScaling scaling = variable_scaling(canonical, v, here);
-  DifferenceArrays arrays;
+  Step first, second;
+  Evaluation end;
   constexpr double kWrong = 1e-3, kStep = 1e-6;  // of each variable's length
   if (const auto wrong =
           compare_second_derivatives(canonical, v, lambda, here, generic_step(canonical, v, kStep),
-                                     scaling.variable, kWrong, arrays)) {
+                                     scaling.variable, kWrong, {first, second, end})) {
     return "the second derivatives in " + canonical.column_name(wrong->index) +
            " look wrong at the last point" + beside(*wrong) + "\ntry derivative_test second-order";
   }

@@ -52,20 +52,22 @@ void size_of_terms(const CanonicalProblem& canonical, const Evaluation& evaluati
 std::optional<Deviation> compare_second_derivatives(
     CanonicalProblem& canonical, const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
     const Evaluation& evaluation, const Eigen::VectorXd& step, const Eigen::VectorXd& lengths,
-    double tolerance, DifferenceArrays& arrays) {
+    double tolerance, const DifferenceArrays& arrays) {
   const double longest = max_norm(step.cwiseQuotient(lengths));
   if (!(longest > 0.0)) return std::nullopt;
-  Eigen::VectorXd &exact = arrays.exact, &near = arrays.near;
-  lagrangian_gradient(canonical, evaluation, lambda, arrays.here);
+  Eigen::VectorXd &exact = arrays.first.v, &near = arrays.first.z_lower;
+  Eigen::VectorXd &here = arrays.second.v, &there = arrays.second.z_lower;  // gradients
+  Eigen::VectorXd &here_size = arrays.first.z_upper, &moved = arrays.second.z_upper;
+  lagrangian_gradient(canonical, evaluation, lambda, here);
   exact.setZero(step.size());
   add_hessian_product(canonical, evaluation, step, exact);
   arrays.end = evaluation;
   // (gradient at v + factor step - gradient at v) / factor; false where undefined.
   const auto difference = [&](double factor, Eigen::VectorXd& quotient) {
-    arrays.at = v + factor * step;
-    if (!canonical.first_derivatives(arrays.at, arrays.end)) return false;
-    lagrangian_gradient(canonical, arrays.end, lambda, arrays.there);
-    quotient = (arrays.there - arrays.here) / factor;
+    moved = v + factor * step;
+    if (!canonical.first_derivatives(moved, arrays.end)) return false;
+    lagrangian_gradient(canonical, arrays.end, lambda, there);
+    quotient = (there - here) / factor;
     return true;
   };
   double sign = 1.0;
@@ -79,9 +81,9 @@ std::optional<Deviation> compare_second_derivatives(
   Eigen::VectorXd far;
   if (!difference(2.0 * sign, far)) return std::nullopt;
   const Eigen::VectorXd better = 2.0 * near - far;
-  size_of_terms(canonical, evaluation, lambda, arrays.here_size);
-  const double doubt = kDoubt * norm_in_lengths(near - far) +
-                       kRoundings * kEpsilon * norm_in_lengths(arrays.here_size);
+  size_of_terms(canonical, evaluation, lambda, here_size);
+  const double doubt =
+      kDoubt * norm_in_lengths(near - far) + kRoundings * kEpsilon * norm_in_lengths(here_size);
   Index row = 0;
   const Eigen::VectorXd deviation = (better - exact).cwiseProduct(lengths).cwiseAbs();
   if (!deviation.allFinite()) return std::nullopt;
@@ -89,7 +91,7 @@ std::optional<Deviation> compare_second_derivatives(
   // Beside a singularity, as of a power next to zero, second derivatives change within the step:
   // shorter ones tell, as long as they exceed rounding.
   for (const double share : {1e-2, 1e-4}) {
-    const double rounding = kRoundings * kEpsilon * arrays.here_size[row] / share;
+    const double rounding = kRoundings * kEpsilon * here_size[row] / share;
     if (!(rounding <= kOfDeviation * std::abs(better[row] - exact[row]))) break;
     Eigen::VectorXd first, second;
     if (!difference(share * sign, first) || !difference(2.0 * share * sign, second)) break;

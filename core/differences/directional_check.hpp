@@ -14,11 +14,10 @@ struct Deviation {
   double difference = 0.0;
 };
 
-/// What compare_second_derivatives works with, kept from call to call.
+/// What compare_second_derivatives works with.
 struct DifferenceArrays {
-  Eigen::VectorXd here, here_size, there;  ///< gradients of the Lagrangian; sums of their terms
-  Eigen::VectorXd exact, near, at;
-  Evaluation end;
+  Step &first, &second;
+  Evaluation& end;
 };
 
 /// The row of W step that differs most from the change of the gradient of the Lagrangian, slacks
@@ -29,7 +28,7 @@ struct DifferenceArrays {
 [[nodiscard]] std::optional<Deviation> compare_second_derivatives(
     CanonicalProblem& canonical, const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
     const Evaluation& evaluation, const Eigen::VectorXd& step, const Eigen::VectorXd& lengths,
-    double tolerance, DifferenceArrays& arrays);
+    double tolerance, const DifferenceArrays& arrays);
 
 /// The objective or constraint whose slope along the step differs most, relative to the size of its
 /// terms, from the change of its value. Four values of the functions. Empty: no difference beyond

@@ -44,45 +44,27 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .threads = options.minmax_threads};
 }
 
-void BarrierTerms::set_size(Index variables) {
-  for (auto* all : {&curvature, &distance_lower, &distance_upper, &z_lower, &z_upper}) {
-    all->resize(variables);
-  }
-  take_none();
-  for (auto* bounded : {&lower, &upper}) bounded->reserve(at(variables));
-}
-
 void BarrierTerms::take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin) {
-  z_lower = iterate.z_lower;
-  z_upper = iterate.z_upper;
+  take_none();
   curvature.setZero();
-  const auto from = [&](std::span<const Index> all, std::vector<Index>& bounded) {
-    bounded.assign(std::ranges::lower_bound(all, begin), all.end());
-  };
-  from(canonical.lower_bounded(), lower);
-  from(canonical.upper_bounded(), upper);
-  for (const Index i : lower) {
-    distance_lower[i] = canonical.above_lower(i, iterate.v[i]);
-    curvature[i] += z_lower[i] / distance_lower[i];
-  }
-  for (const Index i : upper) {
-    distance_upper[i] = canonical.below_upper(i, iterate.v[i]);
-    curvature[i] += z_upper[i] / distance_upper[i];
-  }
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    if (i < begin) return;
+    const double multiplier = multiplier_of(iterate, i, side);
+    (side < 0 ? lower : upper).push_back({i, distance, multiplier});
+    curvature[i] += multiplier / distance;
+  });
 }
 
 void BarrierTerms::take(const Eigen::VectorXd& given, Index begin) {
   take_none();
-  curvature = z_lower = given;
+  curvature = given;
   for (Index i = begin; i < given.size(); ++i) {
-    if (given[i] != 0.0) lower.push_back(i);
+    if (given[i] != 0.0) lower.push_back({i, 1.0, given[i]});
   }
 }
 
 void BarrierTerms::take_none() {
-  for (Eigen::VectorXd* ones : {&curvature, &distance_lower, &distance_upper}) ones->setOnes();
-  z_lower.setZero();
-  z_upper.setZero();
+  curvature.setOnes();
   lower.clear();
   upper.clear();
 }
@@ -127,16 +109,17 @@ KktPattern::KktPattern(KktPart which, const CanonicalProblem& canonical, const K
   };
   take(canonical.hessian(), row_of_variable, hessian_entries);
   take(canonical.jacobian(), row_of_constraint, jacobian_entries);
-  zero = SymmetricMatrix(dimension, entries);
-  positions = zero.take_triplet_positions();
+  matrix = SymmetricMatrix(dimension, entries);
+  matrix.drop_values();
 }
 
 KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical,
                    KktBlockArrays* arrays)
     : Kept(arrays), canonical_(canonical), pattern_(std::move(pattern)) {
-  matrix_ = pattern_->zero;
+  matrix_ = pattern_->matrix;
+  matrix_.set_zero();
   diagonal_.setZero(dimension());
-  terms_.set_size(canonical.variables());
+  terms_.curvature.resize(canonical.variables());
   curvature_.setZero(variables().size());
   forget_copies();
 }
@@ -212,7 +195,7 @@ void KktBlock::set_values(const Evaluation& evaluation, std::span<const double> 
   low_rank_ = coupled ? evaluation.low_rank : nullptr;
   matrix_.set_zero();
   const auto values = matrix_.values();
-  auto position = pattern_->positions.begin();
+  auto position = matrix_.triplet_positions().begin();
   if (coupled) {
     hessian_norm_ = low_rank_ && low_rank_->diagonal.size() > 0
                         ? std::max(0.0, low_rank_->diagonal.maxCoeff())

@@ -91,13 +91,13 @@ class FactorsOutOfMemory : public std::bad_alloc {
 
 /// Barrier terms of the primal-dual equations where a matrix was assembled.
 struct BarrierTerms {
-  Eigen::VectorXd curvature;                       ///< Sigma per canonical variable, >= 0
-  Eigen::VectorXd distance_lower, distance_upper;  ///< to the bounds, 1 where there is none
-  Eigen::VectorXd z_lower, z_upper;                ///< bound multipliers
-  std::vector<Index> lower, upper;  ///< variables that these are of; others have none
+  struct Bound {
+    Index variable;
+    double distance, multiplier;
+  };
+  Eigen::VectorXd curvature;  ///< Sigma per canonical variable, >= 0
+  std::vector<Bound> lower, upper;
 
-  /// Without bounds and curvature.
-  void set_size(Index variables);
   /// Those of an iterate; of variables up to begin they are of no interest.
   void take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin);
   /// The curvature given: bounds at distance 1 with these multipliers.
@@ -121,9 +121,8 @@ struct KktPattern {
   std::vector<Run> variable_runs, constraint_runs;
   Array<Index> row_of_variable, row_of_constraint;  ///< -1: not in this block
   std::vector<std::int8_t> signs;  ///< expected, of each pivot: x +, y -, lambda_x -, lambda_y +
-  SymmetricMatrix zero;            ///< with these entries
   std::vector<Index> hessian_entries, jacobian_entries;  ///< triplets that lie in the block
-  std::vector<Index> positions;  ///< their places in the matrix, the Hessian's first
+  SymmetricMatrix matrix;  ///< of these, the Hessian's first; without values
 };
 
 /// The values of a KktBlock, kept from one to the next.

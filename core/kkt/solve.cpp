@@ -49,20 +49,24 @@ class OwnPart {
   }
   [[nodiscard]] Sizes sizes(const Step& s) const {
     Sizes found{.v = infinity_norm(s.v.tail(n_)), .lambda = infinity_norm(s.lambda.tail(m_))};
-    for (const Index i : terms_.lower) found.z = largest(found.z, std::abs(s.z_lower[i]));
-    for (const Index i : terms_.upper) found.z = largest(found.z, std::abs(s.z_upper[i]));
+    for (const auto& [i, distance, z] : terms_.lower)
+      found.z = largest(found.z, std::abs(s.z_lower[i]));
+    for (const auto& [i, distance, z] : terms_.upper)
+      found.z = largest(found.z, std::abs(s.z_upper[i]));
     return found;
   }
   void copy(const Step& from, Step& to) const {
     copy_equations(from, to);
-    for (const Index i : terms_.lower) to.z_lower[i] = from.z_lower[i];
-    for (const Index i : terms_.upper) to.z_upper[i] = from.z_upper[i];
+    for (const auto& [i, distance, z] : terms_.lower) to.z_lower[i] = from.z_lower[i];
+    for (const auto& [i, distance, z] : terms_.upper) to.z_upper[i] = from.z_upper[i];
   }
   void add(double factor, const Step& correction, Step& step) const {
     step.v.tail(n_) += factor * correction.v.tail(n_);
     step.lambda.tail(m_) += factor * correction.lambda.tail(m_);
-    for (const Index i : terms_.lower) step.z_lower[i] += factor * correction.z_lower[i];
-    for (const Index i : terms_.upper) step.z_upper[i] += factor * correction.z_upper[i];
+    for (const auto& [i, distance, z] : terms_.lower)
+      step.z_lower[i] += factor * correction.z_lower[i];
+    for (const auto& [i, distance, z] : terms_.upper)
+      step.z_upper[i] += factor * correction.z_upper[i];
   }
   /// Rows of the variables and constraints.
   void copy_equations(const NewtonResidual& from, NewtonResidual& to) const {
@@ -133,7 +137,6 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   const auto size = static_cast<Eigen::Index>(reduced.size());
   Eigen::Map<Eigen::VectorXd> solution(reduced.data(), size);
   reduced_residual_ = reduced_rhs_ = solution;
-  product_.resize(size);
   solution.setZero();
   double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
@@ -146,8 +149,8 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
     last_ratio = ratio;
     solve_with_factors(block, {reduced_residual_.data(), reduced.size()});
     solution += reduced_residual_;
-    block.matrix().multiply(reduced, {product_.data(), reduced.size()});
-    reduced_residual_ = reduced_rhs_ - product_;
+    block.matrix().multiply(reduced, {reduced_residual_.data(), reduced.size()});
+    reduced_residual_ = reduced_rhs_ - reduced_residual_;
   }
 }
 
@@ -165,8 +168,8 @@ void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const Ne
   const BarrierTerms& at_point = block.barrier_terms();
   Eigen::VectorXd& t = eliminated_;
   t.setZero();
-  for (const Index i : at_point.lower) t[i] = rhs.z_lower[i] / at_point.distance_lower[i];
-  for (const Index i : at_point.upper) t[i] -= rhs.z_upper[i] / at_point.distance_upper[i];
+  for (const auto& [i, distance, z] : at_point.lower) t[i] = rhs.z_lower[i] / distance;
+  for (const auto& [i, distance, z] : at_point.upper) t[i] -= rhs.z_upper[i] / distance;
   const IndexRange variables = block.variables(), constraints = block.constraints();
   const Index of_min = canonical_.y().begin - variables.begin, of_max = variables.size() - of_min;
   t.segment(variables.begin, of_min) += rhs.v.segment(variables.begin, of_min);
@@ -202,14 +205,10 @@ void KktSystem::expand(KktBlock& block, const Regularization& shift, const Newto
   }
   step.z_lower.tail(variables.size()).setZero();
   step.z_upper.tail(variables.size()).setZero();
-  for (const Index i : at_point.lower) {
-    step.z_lower[i] =
-        (rhs.z_lower[i] - at_point.z_lower[i] * step.v[i]) / at_point.distance_lower[i];
-  }
-  for (const Index i : at_point.upper) {
-    step.z_upper[i] =
-        (rhs.z_upper[i] + at_point.z_upper[i] * step.v[i]) / at_point.distance_upper[i];
-  }
+  for (const auto& [i, distance, z] : at_point.lower)
+    step.z_lower[i] = (rhs.z_lower[i] - z * step.v[i]) / distance;
+  for (const auto& [i, distance, z] : at_point.upper)
+    step.z_upper[i] = (rhs.z_upper[i] + z * step.v[i]) / distance;
 }
 
 bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
@@ -239,15 +238,13 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
   block.subtract_product(evaluation, step.v, step.lambda, residual.v, residual.lambda);
   Eigen::VectorXd& dz = eliminated_;
   dz.setZero();
-  for (const Index i : at_point.lower) {
+  for (const auto& [i, distance, z] : at_point.lower) {
     dz[i] = -step.z_lower[i];
-    residual.z_lower[i] -=
-        at_point.z_lower[i] * step.v[i] + at_point.distance_lower[i] * step.z_lower[i];
+    residual.z_lower[i] -= z * step.v[i] + distance * step.z_lower[i];
   }
-  for (const Index i : at_point.upper) {
+  for (const auto& [i, distance, z] : at_point.upper) {
     dz[i] += step.z_upper[i];
-    residual.z_upper[i] -=
-        at_point.distance_upper[i] * step.z_upper[i] - at_point.z_upper[i] * step.v[i];
+    residual.z_upper[i] -= distance * step.z_upper[i] - z * step.v[i];
   }
   const bool shifted = shift != Regularization{};
   const IndexRange variables = block.variables();
@@ -360,8 +357,8 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   const Counting counting(*this, FactorizationCause::Multipliers);
   full_.assemble_projection(evaluation);
   release_full();
-  NewtonResidual& rhs = gradient_;
-  Step& step = multipliers_;
+  NewtonResidual& rhs = residual_;
+  Step& step = correction_;
   set_zero(canonical_, rhs);
   set_zero(canonical_, step);
   for (const bool max : {true, false}) {
@@ -398,16 +395,21 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
 
 const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluation, double share) {
   const Index n = canonical_.variables(), y = canonical_.y().begin;
-  // Of variables and then of constraints; zero where it is not known.
-  Eigen::VectorXd &size = known_, &fill = found_;
-  size.setZero(n + canonical_.constraints());
+  // Zero where it is not known; constraints are numbered after the variables.
+  Step &known = residual_, &found = correction_;
+  set_zero(known);
+  const auto of = [&](Step& sizes, Index i) -> double& {
+    return i < n ? sizes.v[i] : sizes.lambda[i - n];
+  };
   const auto take = [&](Index i, Index j, double entry) {
     // What rows would give x by elimination has no bound where Max has no room left.
     if (entry == 0.0 || (i < y && j >= n)) return;
-    if (i == j) fill[i] = std::abs(entry);
-    if (size[i] > 0.0 || size[j] == 0.0) return;
-    const double found = entry * (entry / size[j]);
-    fill[i] = fill[i] > 0.0 ? std::min(fill[i], found) : found;
+    double& fill = of(found, i);
+    if (i == j) fill = std::abs(entry);
+    const double size = of(known, j);
+    if (of(known, i) > 0.0 || size == 0.0) return;
+    const double eliminated = entry * (entry / size);
+    fill = fill > 0.0 ? std::min(fill, eliminated) : eliminated;
   };
   const auto take_all = [&](Index first, const auto& entries, const std::vector<double>& values) {
     for (const auto k : indices(values)) {
@@ -417,11 +419,11 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
   };
   constexpr int kSweeps = 6;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    fill = size;
+    found = known;
     take_all(0, canonical_.hessian(), evaluation.hessian);
     take_all(n, canonical_.jacobian(), evaluation.jacobian);
-    if (fill == size) break;
-    size = fill;
+    if (found.v == known.v && found.lambda == known.lambda) break;
+    known = found;
   }
   double largest_x = 0.0, largest = 0.0;
   for (const auto k : indices(evaluation.hessian)) {
@@ -432,7 +434,7 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
   if (largest == 0.0) largest = 1.0;  // f may be constant: any will do
   if (largest_x == 0.0) largest_x = largest;
   for (Index i = 0; i < n; ++i)
-    proximal_[i] = share * (size[i] > 0.0 ? size[i] : i < y ? largest_x : largest);
+    proximal_[i] = share * (known.v[i] > 0.0 ? known.v[i] : i < y ? largest_x : largest);
   return &proximal_;
 }
 

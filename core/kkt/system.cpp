@@ -25,10 +25,9 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
   reduced_.setZero(layout_.dimension());
   eliminated_.setZero(canonical.variables());
   proximal_ = eliminated_;
-  known_ = found_ = Eigen::VectorXd::Zero(canonical.variables() + canonical.constraints());
-  for (Step* step : {&residual_, &last_residual_, &correction_}) {
-    set_zero(canonical, *step);
-  }
+  for (Step* step : {&residual_, &correction_}) set_zero(canonical, *step);
+  last_residual_.v = residual_.v;
+  last_residual_.lambda = residual_.lambda;
 }
 
 /// Without rows where time is over: nothing is analyzed then.

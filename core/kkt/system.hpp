@@ -36,15 +36,12 @@ struct KktArrays {
   KktBlockArrays full_arrays_, inner_arrays_;
   Eigen::VectorXd reduced_;     ///< right-hand side and solution in the rows of a block
   Eigen::VectorXd eliminated_;  ///< bound multipliers' part of the variables' rows
-  // Refinement
+  // Refinement, and least-squares multipliers
   NewtonResidual residual_, last_residual_;
   Step correction_;
   // The same against the assembled matrix, in its rows
-  Eigen::VectorXd reduced_rhs_, reduced_residual_, product_;
-  Eigen::VectorXd proximal_, known_, found_;  ///< of proximal_curvature
-  // Least-squares multipliers
-  NewtonResidual gradient_;
-  Step multipliers_;
+  Eigen::VectorXd reduced_rhs_, reduced_residual_;
+  Eigen::VectorXd proximal_;  ///< of proximal_curvature
 };
 
 /// What of a solution is accurate enough for its use, where the options' residual_ratio_max asks

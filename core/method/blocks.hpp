@@ -12,70 +12,44 @@
 #include "core/method/parameters.hpp"
 #include "core/method/step_method.hpp"
 #include "core/model/indices.hpp"
-#include "core/model/kept.hpp"
 #include "core/point/point.hpp"
+#include "core/point/workspace.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
 /// Newton step of the inner maximization at fixed x.
 struct InnerDirection {
-  Step step{};
+  Step* step;
   double mu = -1.0;          ///< barrier parameter of the step
   double gain = 0.0;         ///< q: predicted increase of the barrier objective
   double copies_gain = 0.0;  ///< the same of the constraints that copies serve, together
   Regularization shift{};    ///< of K_yy
   KktFactors factors{};      ///< of K_yy
   std::uint64_t jacobian_call = 0, hessian_call = 0;  ///< of the point's derivatives
-
-  /// Of no point, a step of zeros.
-  void clear(const CanonicalProblem& canonical) {
-    *this = InnerDirection{.step = std::move(step)};
-    set_zero(canonical, step);
-  }
   [[nodiscard]] double largest_gain() const {
     return std::max(std::abs(gain), std::abs(copies_gain));
   }
-};
-
-/// What an InnerMaximizer works with, kept from one to the next.
-struct InnerArrays {
-  Filter filter_;
-  Point trial_;
-  NewtonResidual rhs_;
-  Step correction_step_;
-  Eigen::VectorXd gradient_;                 ///< of the value
-  Eigen::VectorXd along_;                    ///< direction of leave in y, s_y
-  std::vector<std::size_t> robust_entries_;  ///< of the Jacobian: robust constraints in y
-  Eigen::VectorXd corrected_c_;              ///< right-hand side of second-order corrections
-  Eigen::VectorXd start_v_;                  ///< where maximize began
 };
 
 /// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
 /// on (violation of the Max constraints, minus value), second-order correction. Robust constraints,
 /// which Max tries to violate, enter the value as lambda_r' c_r with lambda_r held, so that a copy
 /// of y that belongs to one of them maximizes it whether Min satisfies it or not.
-class InnerMaximizer : Kept<InnerArrays>, MethodContext {
+class InnerMaximizer : MethodContext {
  public:
   /// first: where the search begins.
-  InnerMaximizer(const MethodContext& context, const Point& first, InnerArrays& arrays)
-      : Kept(&arrays), MethodContext(context) {
+  InnerMaximizer(const MethodContext& context, const Point& first, Filter& filter,
+                 const Parts& left)
+      : MethodContext(context), parts(left), filter_(filter) {
     trial_ = first;
     for (Step* step : {&rhs_, &correction_step_}) set_zero(canonical_, *step);
-    gradient_ = start_v_ = rhs_.v;
-    along_ = rhs_.v.tail(canonical_.max_size());
-    corrected_c_ = rhs_.lambda;
+    more_ = rhs_;
     filter_.begin_anew(at(parameters::inner::kSteps));
-    robust_entries_.clear();
-    if (canonical_.robust_constraints().empty()) return;
-    const auto jacobian = canonical_.jacobian();
-    for (const auto k : indices(jacobian)) {
-      const auto [row, col] = jacobian[k];
-      if (canonical_.owned_by_max(col) && canonical_.min_constraints().contains(row)) {
-        robust_entries_.push_back(k);
-      }
-    }
   }
+
+  Parts parts;                            ///< what is left of the workspace
+  Step& correction_step_ = parts.step();  ///< of corrections and escapes: used up at once
 
   enum class Outcome : std::uint8_t {
     Maximum,     ///< in sight, and the gain at most the target
@@ -175,10 +149,11 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
   /// stays. False: it does not.
   [[nodiscard]] bool leave(Point& point, double mu, const Eigen::VectorXd& direction) {
     const Index n = canonical_.max_size();
-    along_ = direction.tail(n);
-    along_.normalize();
+    auto along = more_.z_upper.tail(n);
+    along = direction.tail(n);
+    along.normalize();
     value_gradient(point, mu);
-    if (gradient_.tail(n).dot(along_) < 0.0) along_ = -along_;
+    if (gradient_.tail(n).dot(along) < 0.0) along = -along;
     const CurvatureMove move{.from = merit(point, mu),
                              .size = 1.0 + tail_norm(point.iterate.v, canonical_.y().begin)};
     trial_.evaluation = point.evaluation;
@@ -187,7 +162,7 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
                 .mu = mu,
                 .step = correction_step_,
                 .factors = kkt_.inner_factors()};
-    if (!move_along_curvature(block, move, along_, limit_)) return false;
+    if (!move_along_curvature(block, move, along, limit_)) return false;
     std::swap(point, trial_);
     filter_.reset();
     return true;
@@ -219,15 +194,16 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
     out.factors = kkt_.inner_factors();
     out.jacobian_call = point.evaluation.jacobian_call;
     out.hessian_call = point.evaluation.hessian_call;
-    if (!kkt_.solve_inner(out.factors, point.evaluation, rhs_, out.step)) return false;
+    const Step& step = *out.step;
+    if (!kkt_.solve_inner(out.factors, point.evaluation, rhs_, *out.step)) return false;
     // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
     value_gradient(point, mu);
     const Index n = canonical_.max_size();
     const Index m = canonical_.max_constraints().size();
     out.gain =
         0.5 *
-        (gradient_.tail(n).dot(out.step.v.tail(n)) +
-         (point.iterate.lambda.tail(m) + out.step.lambda.tail(m)).dot(point.evaluation.c.tail(m)));
+        (gradient_.tail(n).dot(step.v.tail(n)) +
+         (point.iterate.lambda.tail(m) + step.lambda.tail(m)).dot(point.evaluation.c.tail(m)));
     if (canonical_.has_copies()) divide_gain(point, out);
     return std::isfinite(out.gain) && std::isfinite(out.copies_gain);
   }
@@ -270,7 +246,7 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
     static void passed(bool /*dominated*/) {}
     bool complete() const { return evaluate_derivatives(owner.canonical_, trial()); }
 
-    void set_trial(const Eigen::VectorXd& along, double length) const {
+    void set_trial(const auto& along, double length) const {
       Step& d = owner.correction_step_;
       set_zero(d);
       d.v.tail(along.size()) = length * along;
@@ -288,7 +264,7 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
   }
 
   [[nodiscard]] bool search(Point& point, double mu, const InnerDirection& direction) {
-    const Step& d = direction.step;
+    const Step& d = *direction.step;
     const double length = tail_norm(d.v, canonical_.y().begin);
     const double longest =
         parameters::kLongStep * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
@@ -320,8 +296,11 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
 
   void value_gradient(const Point& point, double mu) {
     barrier_gradient(canonical_, point, mu, gradient_);
-    for (const std::size_t k : robust_entries_) {
-      const auto [row, col] = canonical_.jacobian()[k];
+    if (canonical_.robust_constraints().empty()) return;
+    const auto jacobian = canonical_.jacobian();
+    for (const auto k : indices(jacobian)) {
+      const auto [row, col] = jacobian[k];
+      if (!canonical_.owned_by_max(col) || !canonical_.min_constraints().contains(row)) continue;
       gradient_[col] +=
           point.iterate.lambda[row] / own_weight(row, point.iterate) * point.evaluation.jacobian[k];
     }
@@ -339,16 +318,24 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
   void divide_gain(const Point& point, InnerDirection& out) const {
     out.gain = out.copies_gain = 0.0;
     for (Index i = canonical_.y().begin; i < canonical_.variables(); ++i) {
-      const double gain = 0.5 * gradient_[i] * out.step.v[i];
+      const double gain = 0.5 * gradient_[i] * out.step->v[i];
       (canonical_.robust_slack(i) >= 0 ? out.copies_gain : out.gain) += gain;
     }
     for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
       const Index slack = canonical_.robust_slack_of_constraint(j);
-      const double gain = 0.5 * (point.iterate.lambda[j] + out.step.lambda[j]) *
+      const double gain = 0.5 * (point.iterate.lambda[j] + out.step->lambda[j]) *
                           point.evaluation.c[j] / CanonicalProblem::weight_by(slack, point.iterate);
       (slack >= 0 ? out.copies_gain : out.gain) += gain;
     }
   }
+
+  Filter& filter_;
+  Point& trial_ = parts.point();
+  NewtonResidual& rhs_ = parts.step();
+  Step& more_ = parts.step();
+  Eigen::VectorXd& gradient_ = more_.v;          ///< of the value
+  Eigen::VectorXd& start_v_ = more_.z_lower;     ///< where maximize began
+  Eigen::VectorXd& corrected_c_ = more_.lambda;  ///< right-hand side of second-order corrections
 };
 
 /// What an inner Newton step may still promise to gain where phi is estimated: that share, but less
@@ -360,24 +347,10 @@ class InnerMaximizer : Kept<InnerArrays>, MethodContext {
   return std::max(std::min(share, kMostOfPhi * size), parameter::kRoundingShare * size);
 }
 
-/// What an OuterBlock works with, kept from one to the next.
-struct OuterArrays {
-  InnerArrays inner_arrays;
-  Point trial;
-  InnerDirection direction;        ///< inner Newton step at the current point
-  InnerDirection trial_direction;  ///< at the trial point
-  NewtonResidual rhs;
-  Step step;
-  Step corrected;               ///< another step, of corrections and escapes
-  Eigen::VectorXd corrected_c;  ///< right-hand side of second-order corrections
-  Eigen::VectorXd gradient_;
-  Point before_, best_;  ///< on the way back to the constraints
-};
-
 /// The minimizer's side of the globalized method: the Newton step through K, and phi(x), estimated
 /// by the barrier value plus the predicted gain of the inner Newton step, along it. Without Max
 /// variables phi is the barrier objective.
-class OuterBlock : public Kept<OuterArrays>, MethodContext {
+class OuterBlock : MethodContext {
  public:
   /// The largest merit phi worth looking at where the violation is theta.
   class Bound {
@@ -400,14 +373,12 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
   };
 
   /// first: where the search begins.
-  OuterBlock(const MethodContext& context, const Point& first, OuterArrays& arrays)
-      : Kept(&arrays), MethodContext(context), inner(context, first, inner_arrays) {
+  OuterBlock(const MethodContext& context, const Point& first, Filter& inner_filter,
+             Workspace& workspace)
+      : MethodContext(context), inner(context, first, inner_filter, Parts(workspace)) {
     trial = first;
-    for (Step* zero : {&rhs, &step, &corrected}) set_zero(canonical_, *zero);
-    direction.clear(canonical_);
-    trial_direction.clear(canonical_);
-    gradient_ = rhs.v;
-    corrected_c = rhs.lambda;
+    for (Step* zero : {direction.step, trial_direction.step, &rhs, &step, &more_})
+      set_zero(canonical_, *zero);
   }
 
   /// Violation of the Min constraints and f_b.
@@ -471,7 +442,7 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
       for (const auto k : indices(hessian)) {
         const auto [row, col] = hessian[k];  // row >= col: row is the Max variable of a mixed entry
         if (row >= y && col < y && canonical_.robust_slack(row) < 0) {
-          gradient_[col] += point.evaluation.hessian[k] * direction.step.v[row];
+          gradient_[col] += point.evaluation.hessian[k] * direction.step->v[row];
         }
       }
       const auto jacobian = canonical_.jacobian();
@@ -480,7 +451,7 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
         if (col < y && canonical_.max_constraints().contains(row) &&
             canonical_.robust_slack_of_constraint(row) < 0) {
           gradient_[col] += point.evaluation.jacobian[k] *
-                            (point.iterate.lambda[row] + direction.step.lambda[row]);
+                            (point.iterate.lambda[row] + direction.step->lambda[row]);
         }
       }
     }
@@ -574,6 +545,18 @@ class OuterBlock : public Kept<OuterArrays>, MethodContext {
   }
 
   InnerMaximizer inner;
+  Parts parts = inner.parts;
+  Point& trial = parts.point();
+  InnerDirection direction{&parts.step()};        ///< inner Newton step at the current point
+  InnerDirection trial_direction{&parts.step()};  ///< at the trial point
+  NewtonResidual& rhs = parts.step();
+  Step& step = parts.step();
+  Step& corrected = inner.correction_step_;
+  Step& more_ = parts.step();
+  Eigen::VectorXd& corrected_c = more_.lambda;  ///< right-hand side of second-order corrections
+  Eigen::VectorXd& gradient_ = more_.v;
+  /// On the way back to the constraints
+  Point &before_ = parts.point(), &best_ = parts.point();
   KktFactors factors;  ///< of K
 };
 

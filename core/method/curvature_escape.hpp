@@ -59,7 +59,7 @@ struct CurvatureMove {
 ///   improve(trial)                brings it closer to the constraints: its merit then
 ///   complete()                    as in filter_search
 template <class Block>
-bool move_along_curvature(Block& block, const CurvatureMove& move, const Eigen::VectorXd& direction,
+bool move_along_curvature(Block& block, const CurvatureMove& move, const auto& direction,
                           SolveLimit& limit) {
   const auto gains = [&](const Trial& trial) {
     // A violation left over may not pay for the decrease.

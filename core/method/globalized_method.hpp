@@ -15,6 +15,7 @@
 #include "core/method/stall_detection.hpp"
 #include "core/method/step_method.hpp"
 #include "core/model/initial_point.hpp"
+#include "core/model/kept.hpp"
 #include "core/model/norms.hpp"
 #include "core/point/point.hpp"
 #include "linalg/numbers.hpp"
@@ -50,8 +51,7 @@ struct Watchdog {
 
 /// What a GlobalizedMethod works with, kept from one to the next.
 struct GlobalizedArrays {
-  OuterArrays outer_arrays_;
-  Filter filter_;
+  Filter inner_filter_, filter_;
   Watchdog watchdog_;
 };
 
@@ -60,14 +60,14 @@ struct GlobalizedArrays {
 /// Without Max variables this is Ipopt's filter line search.
 class GlobalizedMethod final : public StepMethod, Kept<GlobalizedArrays>, MethodContext {
  public:
-  /// first: where the search begins.
+  /// first: where the search begins. The workspace is the method's while it makes a step.
   GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first,
-                   GlobalizedArrays& arrays)
+                   GlobalizedArrays& arrays, Workspace& workspace)
       : Kept(&arrays),
         MethodContext(context),
         restorer_(std::move(restorer)),
         stalls_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
-        outer_(context, first, outer_arrays_) {
+        outer_(context, first, inner_filter_, workspace) {
     watchdog_.end();
     constexpr Index kEntries = 100;  // set aside at once
     filter_.begin_anew(at(std::min(options_.max_iter, kEntries)));

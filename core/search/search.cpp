@@ -30,7 +30,7 @@ class Testing : Uncopied {
 }  // namespace
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
-               Observation& observation, const Start& start, SearchArrays& arrays)
+               Observation& observation, Start& start, SearchArrays& arrays)
     : MethodContext(context),
       purpose_(purpose),
       barrier_(barrier),
@@ -39,7 +39,8 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       arrays_(arrays),
       step_{.kind = start.how},
       last_iteration_(start.algorithm_one_until) {
-  arrays_.point = arrays_.next = start.point;
+  arrays_.point = std::move(start.point);
+  arrays_.next = arrays_.point;
   arrays_.best.see(rank_of(canonical_, options_, arrays_.point), arrays_.point, barrier_.mu(),
                    limit_.iteration);
 }
@@ -84,7 +85,7 @@ SearchOutcome Search::ended(Status status, std::string message) const {
   }
   SearchOutcome outcome{.status = status,
                         .message = std::move(message),
-                        .point = std::move(arrays_.ended),
+                        .point = std::move(arrays_.next),
                         .mu = barrier_.mu(),
                         .certificate = {},
                         .iterations = limit_.iteration};
@@ -261,7 +262,11 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
   StepReport step = method.escape(arrays_.point, barrier_.mu(), wrong, arrays_.next);
   if (!step.moved) return false;
-  if (degenerate) kept = ended(Verdict{verdict});
+  if (degenerate) {
+    Point to = std::move(arrays_.next);  // the search goes on
+    kept = ended(Verdict{verdict});
+    arrays_.next = std::move(to);
+  }
   step_ = std::move(step);
   std::swap(arrays_.point, arrays_.next);
   measure_point();

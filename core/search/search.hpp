@@ -21,19 +21,19 @@ enum class Purpose : std::uint8_t {
 
 /// What searches work with, kept from one to the next.
 struct SearchArrays {
-  Start start;  ///< the first of a solve
-  Point point, next;
+  Point point;
+  Point next;  ///< room for a step's end, which the point of an outcome takes
   BestPoint best;
-  Point ended;  ///< room for the point of an outcome, which takes it
   CertificateArrays certificate;
 };
 
 /// One search from one starting point: the main loop.
 class Search : MethodContext {
  public:
-  /// The start's point is evaluated and measured; arrays.best, of the solve, is shown every point.
+  /// The start's point, evaluated and measured, becomes the search's; arrays.best, of the solve, is
+  /// shown every point.
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
-         Observation& observation, const Start& start, SearchArrays& arrays);
+         Observation& observation, Start& start, SearchArrays& arrays);
 
   /// Iterates until the search ends. kept: a first-order point with an undecided test that was left
   /// for a better one.

@@ -71,8 +71,9 @@ class Solve {
   /// throws passes through; of a restoration all that is not the factors' memory does.
   Result run() {
     try {
-      if (auto refused = prepare()) return std::move(*refused);
-      for (Start& start = arrays_.search.start;;) {
+      Start start;
+      if (auto refused = prepare(start.point)) return std::move(*refused);
+      for (;;) {
         search_.emplace(*context_, purpose_, *barrier_, *observation_, start, arrays_.search);
         StepMethod& method = method_for(start);
         auto outcome = contradiction(*search_);
@@ -105,7 +106,7 @@ class Solve {
  private:
   /// The canonical problem, what the searches work with, and the evaluated start of the first. A
   /// result: there is nothing to search.
-  std::optional<Result> prepare() {
+  std::optional<Result> prepare(Point& first) {
     if (auto error = check(options_); !error.empty()) {
       return without_point(Status::InvalidOption, std::move(error));
     }
@@ -126,11 +127,10 @@ class Solve {
                  : without_point(Status::OutOfMemory, "out of memory in the analysis");
     }
     is_analyzed_ = true;
-    Start& first = arrays_.search.start;
-    first = Start{.point = std::move(first.point)};  // for its room
-    begin_at(canonical_, canonical_.starting_point(), first.point);
-    if (evaluate_start(*context_, options_, first.point)) {
-      barrier_.emplace(*context_, first.point);
+    first = std::move(arrays_.search.point);  // for its room
+    begin_at(canonical_, canonical_.starting_point(), first);
+    if (evaluate_start(*context_, options_, first)) {
+      barrier_.emplace(*context_, first);
       return std::nullopt;
     }
     const Status status = canonical_.evaluation_status();
@@ -249,7 +249,8 @@ class Solve {
   StepMethod& method_for(const Start& start) {
     const bool is_first = start.how == StepKind::None;
     if (!start.algorithm_one_until && has_line_search()) {
-      return globalized_.emplace(*context_, restorer(), start.point, arrays_.method);
+      return globalized_.emplace(*context_, restorer(), arrays_.search.point, arrays_.method,
+                                 arrays_.search.certificate);
     }
     if (is_first && options_.minmax_freeze_tol > 0.0) {
       observation_->say(
@@ -347,7 +348,7 @@ class Solve {
     Result result;
     arrays_.result.give_to(result);
     describe(canonical_, options_, outcome, result);
-    arrays_.search.ended = std::move(outcome.point);
+    arrays_.search.next = std::move(outcome.point);
     result.iterations = limit_.iteration;
     if (result.message.empty()) result.message.assign(name_of(result.status));
     keep_work(result.status);

@@ -552,8 +552,8 @@ TEST(KktSystemTest, LaysNothingOutOnceTimeIsOver) {
   Budget budget(s.options);
   SolveLimit limit(budget);
   const KktAnalysis late = KktSystem(s.canonical, s.options, s.counts, s.timing, &limit).analysis();
-  EXPECT_EQ(late.full_pattern->zero.dimension(), 0);
-  EXPECT_EQ(late.inner_pattern->zero.dimension(), 0);
+  EXPECT_EQ(late.full_pattern->matrix.dimension(), 0);
+  EXPECT_EQ(late.inner_pattern->matrix.dimension(), 0);
   EXPECT_EQ(limit.exceeded(), Status::MaxWallTime);
 }
 

@@ -97,6 +97,22 @@ TEST(SymmetricMatrix, NormShowsNanAndInfinity) {
   EXPECT_TRUE(std::isinf(matrix.max_norm()));
 }
 
+TEST(SymmetricMatrix, SharesItsPatternWithCopies) {
+  const std::vector<Triplet> entries = {{1, 0}, {2, 2}};
+  SymmetricMatrix matrix(3, entries);
+  matrix.values()[1] = 5.0;
+  SymmetricMatrix copy = matrix;
+  EXPECT_EQ(copy.rows().data(), matrix.rows().data());
+  copy.values()[1] = 7.0;
+  EXPECT_EQ(matrix.values()[1], 5.0);
+  copy.drop_values();
+  EXPECT_TRUE(copy.values().empty());
+  EXPECT_EQ(copy.nonzeros(), 4);
+  copy.set_zero();
+  EXPECT_EQ(copy.values().size(), 4U);
+  EXPECT_EQ(copy.max_norm(), 0.0);
+}
+
 TEST(SymmetricMatrix, IsBuiltInLinearTime) {
   constexpr Index n = 200'000;
   std::vector<Triplet> entries;
