@@ -1,18 +1,17 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "core/kkt/block.hpp"
 #include "core/model/indices.hpp"
+#include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/options.hpp"
-#include "core/problem.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/symmetric_matrix.hpp"
@@ -38,219 +37,140 @@ using ActiveSet = std::vector<Hold>;
 ///     | J  0  |   replaced by those of +-1, so that one pattern serves all active sets.
 ///
 /// The +-1 have the signs that the rows have in K's expected inertia (n_x + m_y, n_y + m_x, 0),
-/// which is therefore the expected one of every such matrix. Rows are equilibrated.
+/// which is therefore the expected one of every such matrix. Rows and columns are scaled.
 class ActiveSystem {
  public:
-  enum class Outcome : std::uint8_t { Ok, OutOfMemory, Singular, WrongInertia };
-
-  /// A copy of what it needs of the structure; analyzes at the first factorize.
-  ActiveSystem(const ProblemStructure& structure, const SolverOptions& options)
-      : variable_players_(structure.variable_players),
-        constraint_players_(structure.constraint_players),
-        hessian_pattern_(structure.hessian),
-        jacobian_pattern_(structure.jacobian),
+  /// signs: of the places. entries: of W and J, by places. Analyzes at the first factorize.
+  ActiveSystem(std::size_t variables, std::vector<std::int8_t> signs, std::vector<Triplet> entries,
+               const SolverOptions& options)
+      : n_(variables),
+        signs_(std::move(signs)),
+        entries_(std::move(entries)),
+        derivatives_(static_cast<Index>(signs_.size()), entries_),
+        matrix_(derivatives_),
         solver_(make_symmetric_solver(options.linear_solver, solver_options(options))) {
-    const auto n = static_cast<Index>(variable_players_.size());
-    std::vector<Triplet> entries = hessian_pattern_;
-    for (const auto& [row, col] : jacobian_pattern_) entries.push_back({n + row, col});
-    for (const Player player : variable_players_) signs_.push_back(player == Player::Min ? 1 : -1);
-    for (const Player player : constraint_players_)
-      signs_.push_back(player == Player::Min ? -1 : 1);
     for (const std::int8_t sign : signs_) ++(sign > 0 ? expected_.positive : expected_.negative);
-    matrix_ = SymmetricMatrix(static_cast<Index>(signs_.size()), entries);
-    scale_.assign(signs_.size(), 1.0);
   }
 
-  /// Whether this system has the pattern of the structure.
-  [[nodiscard]] bool fits(const ProblemStructure& structure) const {
-    return structure.variable_players == variable_players_ &&
-           structure.constraint_players == constraint_players_ &&
-           structure.hessian == hessian_pattern_ && structure.jacobian == jacobian_pattern_;
+  [[nodiscard]] bool fits(const std::vector<std::int8_t>& signs,
+                          const std::vector<Triplet>& entries) const {
+    return signs == signs_ && entries == entries_;
   }
 
-  /// Values at a solution, per triplet of the structure.
-  void set_values(std::vector<double> hessian, std::vector<double> jacobian) {
-    hessian_ = std::move(hessian);
-    jacobian_ = std::move(jacobian);
-    factorized_ = false;
+  /// Values of the entries at a solution. scale: factors of rows and columns, per place.
+  void set_values(std::span<const double> values, std::vector<double> scale) {
+    derivatives_.set_zero();
+    for (const auto k : indices(values)) {
+      derivatives_.values()[at(derivatives_.triplet_positions()[k])] += values[k];
+    }
+    scale_ = std::move(scale);
+    active_.clear();
   }
 
   /// Factors for the active set; those of the last call are kept where nothing has changed.
-  [[nodiscard]] Outcome factorize(const ActiveSet& active) {
-    if (factorized_ && active == active_) return outcome_;
+  /// Returns an empty text, or why there are none.
+  [[nodiscard]] const std::string& factorize(const ActiveSet& active) {
+    if (active == active_) return error_;
     active_ = active;
-    assemble(active);
-    equilibrate();
-    outcome_ = factorize_values();
-    factorized_ = true;
-    return outcome_;
+    if (!is_analyzed_) {
+      ++analyses_;
+      is_analyzed_ = solver_->analyze(matrix_, signs_).ok;
+      if (!is_analyzed_) return error_ = "out of memory";
+    }
+    matrix_.for_each_entry([&](Index row, Index col, Index p) {
+      const std::size_t i = at(row), j = at(col);
+      const double value = scale_[i] * derivatives_.values()[at(p)] * scale_[j];
+      matrix_.values()[at(p)] = counts(i) && counts(j) ? value : i == j ? signs_[i] : 0.0;
+    });
+    solver_->reset_quality();
+    bool pivoted = false;
+    do {
+      error_ = factorize_values(pivoted);
+    } while (!error_.empty() && !pivoted && solver_->increase_quality());
+    return error_;
   }
 
-  /// Given dv of held variables (other entries are ignored) and the change of the value of each
-  /// active constraint (the others are ignored), finds dv and dlambda: the gradient of the
-  /// Lagrangian stays zero in the free variables. False: no accurate solution.
-  [[nodiscard]] bool solve(std::span<double> dv, std::span<const double> dg,
-                           std::span<double> dlambda) {
-    const std::size_t n = variable_players_.size();
-    const std::size_t m = constraint_players_.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      if (active_[i] == Hold::Free) dv[i] = 0.0;
-    }
-    std::vector<double> rhs(n + m), solution(n + m), values(m);
-    std::ranges::fill(dlambda, 0.0);
-    multiply(dv, dlambda, std::span(rhs).first(n), values);
-    for (std::size_t i = 0; i < n; ++i) {
-      rhs[i] = active_[i] == Hold::Free ? -rhs[i] : signs_[i] * dv[i];
-    }
-    for (std::size_t j = 0; j < m; ++j) {
-      rhs[n + j] = active_[n + j] == Hold::Free ? 0.0 : dg[j] - values[j];
-    }
-    // (S A S) (S^-1 x) = S b
-    for (std::size_t i = 0; i < n + m; ++i) rhs[i] *= scale_[i];
-    if (n + m > 0 && !solve_refined(rhs, solution)) return false;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (active_[i] == Hold::Free) dv[i] = scale_[i] * solution[i];
-    }
-    for (std::size_t j = 0; j < m; ++j) {
-      if (active_[n + j] != Hold::Free) dlambda[j] = scale_[n + j] * solution[n + j];
-    }
+  /// change: of held variables and of the values of active constraints, else zero. Returns in
+  /// solution the change of v and lambda with which the gradient of the Lagrangian stays zero in
+  /// the free variables, and in product the change of this gradient and of the constraints' values.
+  /// False: no accurate solution.
+  [[nodiscard]] bool solve(const std::vector<double>& change, std::vector<double>& solution,
+                           std::vector<double>& product) {
+    solution = change;
+    std::fill(solution.begin() + static_cast<std::ptrdiff_t>(n_), solution.end(), 0.0);
+    product.resize(change.size());
+    derivatives_.multiply(solution, product);
+    Eigen::VectorXd rhs = Eigen::VectorXd::Zero(static_cast<Index>(change.size()));
+    const auto each = [&](auto use) {
+      for (const auto k : indices(change)) {
+        if (counts(k)) use(k, rhs[static_cast<Index>(k)]);
+      }
+    };
+    each([&](std::size_t k, double& value) {
+      value = scale_[k] * ((k < n_ ? 0.0 : change[k]) - product[k]);
+    });
+    if (!solve_refined(rhs)) return false;
+    each([&](std::size_t k, double value) { solution[k] = scale_[k] * value; });
+    derivatives_.multiply(solution, product);
     return true;
-  }
-
-  /// gradient = W dv + J'dlambda, values = J dv.
-  void multiply(std::span<const double> dv, std::span<const double> dlambda,
-                std::span<double> gradient, std::span<double> values) const {
-    std::ranges::fill(gradient, 0.0);
-    std::ranges::fill(values, 0.0);
-    for (const auto k : indices(hessian_)) {
-      const std::size_t row = at(hessian_pattern_[k].row), col = at(hessian_pattern_[k].col);
-      gradient[row] += hessian_[k] * dv[col];
-      if (row != col) gradient[col] += hessian_[k] * dv[row];
-    }
-    for (const auto k : indices(jacobian_)) {
-      const std::size_t row = at(jacobian_pattern_[k].row), col = at(jacobian_pattern_[k].col);
-      gradient[col] += jacobian_[k] * dlambda[row];
-      values[row] += jacobian_[k] * dv[col];
-    }
   }
 
   [[nodiscard]] Index factorizations() const { return factorizations_; }
   [[nodiscard]] Index analyses() const { return analyses_; }
 
  private:
-  static double max_norm(std::span<const double> values) {
-    double norm = 0.0;
-    for (const double value : values) norm = std::max(norm, std::abs(value));
-    return norm;
+  /// Whether a row is one of W or J.
+  [[nodiscard]] bool counts(std::size_t place) const {
+    return (active_[place] == Hold::Free) == (place < n_);
   }
 
-  void assemble(const ActiveSet& active) {
-    const std::size_t n = variable_players_.size();
-    matrix_.set_zero();
-    const auto values = matrix_.values();
-    const auto positions = matrix_.triplet_positions();
-    const auto is_free = [&](Index variable) { return active[at(variable)] == Hold::Free; };
-    for (const auto k : indices(hessian_)) {
-      const auto [row, col] = hessian_pattern_[k];
-      if (is_free(row) && is_free(col)) values[at(positions[k])] += hessian_[k];
-    }
-    for (const auto k : indices(jacobian_)) {
-      const auto [row, col] = jacobian_pattern_[k];
-      if (active[n + at(row)] != Hold::Free && is_free(col)) {
-        values[at(positions[hessian_.size() + k])] += jacobian_[k];
-      }
-    }
-    for (const auto i : indices(signs_)) {
-      if ((active[i] == Hold::Free) == (i >= n))
-        values[at(matrix_.diagonal_position(static_cast<Index>(i)))] = signs_[i];
-    }
+  [[nodiscard]] std::string factorize_values(bool& pivoted) {
+    ++factorizations_;
+    const Factorization found = solver_->factorize(matrix_);
+    pivoted = found.trust.pivoted;
+    if (found.status == FactorizationStatus::OutOfMemory) return "out of memory";
+    if (found.status != FactorizationStatus::Ok)
+      return "the KKT matrix is singular: dependent active constraints or a flat direction";
+    return found.inertia == expected_ ? ""
+                                      : "the KKT matrix has the wrong inertia: no local minmax";
   }
 
-  /// Rows and columns are divided by the square roots of their largest entries, a few times.
-  void equilibrate() {
-    std::ranges::fill(scale_, 1.0);
-    std::vector<double> largest(scale_.size());
-    const auto values = matrix_.values();
-    const auto visit = [&](auto entry) {
-      matrix_.for_each_entry(
-          [&](Index row, Index col, Index p) { entry(at(row), at(col), values[at(p)]); });
+  /// In place.
+  [[nodiscard]] bool solve_refined(Eigen::VectorXd& x) {
+    const Eigen::VectorXd rhs = x;
+    const auto entries = [](Eigen::VectorXd& v) {
+      return std::span(v.data(), static_cast<std::size_t>(v.size()));
     };
-    constexpr int kRounds = 3;
-    for (int round = 0; round < kRounds; ++round) {
-      std::ranges::fill(largest, 0.0);
-      visit([&](std::size_t row, std::size_t col, double value) {
-        const double size = std::abs(value) * scale_[row] * scale_[col];
-        largest[row] = std::max(largest[row], size);
-        largest[col] = std::max(largest[col], size);
-      });
-      for (const auto i : indices(scale_)) {
-        if (largest[i] > 0.0) scale_[i] /= std::sqrt(largest[i]);
-      }
-    }
-    visit([&](std::size_t row, std::size_t col, double& value) {
-      value *= scale_[row] * scale_[col];
-    });
-  }
-
-  [[nodiscard]] Outcome factorize_values() {
-    if (signs_.empty()) return Outcome::Ok;
-    if (!analyzed_) {
-      ++analyses_;
-      analyzed_ = solver_->analyze(matrix_, signs_).ok;
-      if (!analyzed_) return Outcome::OutOfMemory;
-    }
-    Factorization found;
-    const auto once = [&] {
-      ++factorizations_;
-      found = solver_->factorize(matrix_);
-      if (found.status == FactorizationStatus::OutOfMemory) return Outcome::OutOfMemory;
-      if (found.status != FactorizationStatus::Ok) return Outcome::Singular;
-      return found.inertia == expected_ ? Outcome::Ok : Outcome::WrongInertia;
-    };
-    solver_->reset_quality();
-    Outcome outcome = once();
-    while (outcome != Outcome::Ok && !found.trust.pivoted && solver_->increase_quality()) {
-      outcome = once();
-    }
-    return outcome;
-  }
-
-  [[nodiscard]] bool solve_refined(std::span<const double> rhs, std::span<double> solution) {
-    std::vector<double> residual(rhs.size()), product(rhs.size());
-    for (;;) {
-      std::ranges::fill(solution, 0.0);
-      std::copy(rhs.begin(), rhs.end(), residual.begin());
-      const double norm = max_norm(rhs);
-      double relative = 1.0;  // residual over right-hand side and |A| |x|
+    for (bool pivoted = false;;) {
+      Eigen::VectorXd residual = rhs, product = rhs;
+      x.setZero();
+      double left = max_norm(rhs), size = 0.0;
       constexpr int kMostRefinements = 10;
-      for (int step = 0; step < kMostRefinements && relative > parameters::kRounding; ++step) {
-        const double last = relative;
-        solver_->solve_in_place(residual);
-        for (const auto i : indices(rhs)) solution[i] += residual[i];
-        matrix_.multiply(solution, product);
-        for (const auto i : indices(rhs)) residual[i] = rhs[i] - product[i];
-        const double size = norm + matrix_.max_norm() * max_norm(solution);
-        relative = size > 0.0 ? max_norm(residual) / size : 0.0;
-        if (!(relative < 0.5 * last)) break;
+      for (int step = 0; step < kMostRefinements && left > parameters::kRounding * size; ++step) {
+        solver_->solve_in_place(entries(residual));
+        x += residual;
+        matrix_.multiply(entries(x), entries(product));
+        residual = rhs - product;
+        size = max_norm(rhs) + matrix_.max_norm() * max_norm(x);
+        const double last = std::exchange(left, max_norm(residual));
+        if (!(left < 0.5 * last)) break;
       }
-      if (relative <= parameters::kZero) return true;
-      if (!solver_->increase_quality()) return false;
-      ++factorizations_;
-      if (solver_->factorize(matrix_).status != FactorizationStatus::Ok) return false;
+      if (left <= parameters::kZero * size) return true;
+      if (!solver_->increase_quality() || !factorize_values(pivoted).empty()) return false;
     }
   }
 
-  std::vector<Player> variable_players_, constraint_players_;
-  std::vector<Triplet> hessian_pattern_, jacobian_pattern_;
-  std::vector<double> hessian_, jacobian_;
-  SymmetricMatrix matrix_;
+  std::size_t n_;
   std::vector<std::int8_t> signs_;
+  std::vector<Triplet> entries_;
+  SymmetricMatrix derivatives_;  ///< W and J
+  SymmetricMatrix matrix_;       ///< that is factorized
   Inertia expected_;
   std::unique_ptr<SymmetricSolver> solver_;
-  std::vector<double> scale_;  ///< of rows and columns
-  ActiveSet active_;           ///< factorized
-  Outcome outcome_ = Outcome::Singular;
-  bool analyzed_ = false, factorized_ = false;
+  std::vector<double> scale_;
+  ActiveSet active_;  ///< factorized
+  std::string error_;
+  bool is_analyzed_ = false;
   Index factorizations_ = 0, analyses_ = 0;
 };
 

@@ -64,69 +64,6 @@ std::string place_name(const ProblemStructure& structure, std::size_t place) {
          (i < names.size() ? names[i] : std::to_string(i));
 }
 
-/// Derivatives that are known at a point, as a model that starts there.
-class KnownDerivatives final : public Restructured {
- public:
-  KnownDerivatives(Problem& problem, const std::vector<double>& v,
-                   const std::vector<double>& jacobian, const std::vector<double>& hessian)
-      : Restructured(problem), v_(v), jacobian_(jacobian), hessian_(hessian) {}
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    std::ranges::copy(v_, start.v.begin());
-    return true;
-  }
-  [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override {
-    std::ranges::fill(grad, 0.0);  // lengths do not depend on it
-    return true;
-  }
-  [[nodiscard]] bool jacobian(std::span<const double>, bool, std::span<double> values) override {
-    std::ranges::copy(jacobian_, values.begin());
-    return true;
-  }
-  [[nodiscard]] bool hessian(std::span<const double>, bool, double, std::span<const double>, bool,
-                             std::span<double> values) override {
-    std::ranges::copy(hessian_, values.begin());
-    return true;
-  }
-
- private:
-  const std::vector<double>&v_, &jacobian_, &hessian_;
-};
-
-/// Per place the length over which f bends by about one, as the certificate has it: its
-/// variable_scaling; 1 for what is fixed. jacobian, hessian: at v, per triplet of the structure.
-std::vector<double> lengths_of(Problem& problem, const ProblemStructure& structure,
-                               const SolverOptions& options, const std::vector<double>& v,
-                               const std::vector<double>& jacobian,
-                               const std::vector<double>& hessian) {
-  std::vector<double> lengths(v.size() + structure.constraint_lower.size(), 1.0);
-  SolverOptions unscaled = options;
-  unscaled.nlp_scaling_method = Scaling::None;
-  unscaled.hessian_approximation = HessianApproximation::Exact;
-  unscaled.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
-  unscaled.warm_start_init_point = false;
-  Counts counts;
-  Timing timing;
-  KnownDerivatives known(problem, v, jacobian, hessian);
-  known.changed = structure;
-  CanonicalProblem canonical(known, unscaled, counts, timing);
-  if (!canonical.build().empty()) return lengths;
-  Point point = unevaluated_point(canonical, canonical.starting_point());
-  const auto visit = [&](auto use) {
-    for (const IndexRange own : {canonical.x(), canonical.y()}) {
-      for (const Index i : indices(own)) use(i, at(canonical.model_variable(i)));
-    }
-  };
-  visit([&](Index i, std::size_t place) { point.iterate.v[i] = v[place]; });
-  if (!evaluate_derivatives(canonical, point)) return lengths;
-  const VariableScaling scaling = variable_scaling(canonical, point.iterate.v, point.evaluation);
-  visit([&](Index i, std::size_t place) { lengths[place] = scaling.variable[i]; });
-  for (Index j = 0; j < canonical.constraints(); ++j) {
-    const Index row = canonical.model_constraint(j);
-    if (row >= 0) lengths[v.size() + at(row)] = 1.0 / scaling.constraint[j];
-  }
-  return lengths;
-}
-
 /// What holds a place: a bound whose multiplier, times the square of the length, exceeds the
 /// distance to it. pressure: the multiplier, positive on the lower bound. weak: -1 or +1 where
 /// neither exceeds the other clearly at the lower or the upper bound, else 0.
@@ -202,17 +139,6 @@ Restructured unfixed(Problem& problem) {
   return model;
 }
 
-std::string text_of(ActiveSystem::Outcome outcome) {
-  switch (outcome) {
-    case ActiveSystem::Outcome::OutOfMemory:
-      return "out of memory";
-    case ActiveSystem::Outcome::WrongInertia:
-      return "the KKT matrix has the wrong inertia: no local minmax";
-    default:
-      return "the KKT matrix is singular: dependent active constraints or a flat direction";
-  }
-}
-
 }  // namespace
 
 struct Sensitivity::State {
@@ -220,7 +146,7 @@ struct Sensitivity::State {
   std::size_t n = 0;          ///< variables, which are the first places
   std::vector<double> signs;  ///< signs_of
   Waypoint solution;
-  std::vector<double> min_part;          ///< J'lambda of Min's constraints
+  std::vector<double> inner_multiplier;  ///< of variables, without Min's constraints
   std::vector<double> z_lower, z_upper;  ///< of the result
   std::optional<ActiveSystem> system;
   std::vector<double> lengths;  ///< of variables and constraints, in which bounds are active
@@ -230,10 +156,16 @@ struct Sensitivity::State {
 
   [[nodiscard]] std::string read(Problem& problem, const Result& result,
                                  const SolverOptions& options);
+  /// The model is evaluated at the result.
+  [[nodiscard]] std::string read_point(CanonicalProblem& canonical, const Result& result,
+                                       const SolverOptions& options);
+  /// The bounds, multipliers and active set of the solution. dual: of the variables.
   void read_solution(const Result& result, const SolverOptions& options,
-                     std::vector<double> gradient, const std::vector<double>& jacobian);
-  [[nodiscard]] std::string factorize(const SolverOptions& options, std::vector<double> jacobian,
-                                      std::vector<double> hessian);
+                     const std::vector<double>& dual);
+  /// The system of the solution's active set.
+  [[nodiscard]] std::string factorize(const SolverOptions& options,
+                                      const CanonicalProblem& canonical,
+                                      const Evaluation& evaluation);
   [[nodiscard]] Move move_of(const BoundChange& change) const;
   [[nodiscard]] Move move_of(std::span<const double> dx) const;
   [[nodiscard]] Waypoint start(const Move& move) const;
@@ -255,16 +187,7 @@ struct Sensitivity::State {
 
 std::string Sensitivity::State::read(Problem& problem, const Result& result,
                                      const SolverOptions& options) {
-  const bool differences =
-      options.hessian_approximation == HessianApproximation::FiniteDifferenceValues ||
-      !problem.structure().has_hessian;
-  std::optional<Restructured> free;
-  std::optional<FiniteDifferenceHessian> wrapped;
-  if (differences) wrapped.emplace(free.emplace(unfixed(problem)), options);
-  Problem& model = wrapped ? *wrapped : problem;
   structure = problem.structure();
-  structure.hessian = model.structure().hessian;
-  structure.has_hessian = true;
   if (!robust_constraints(structure).empty()) {
     return "sensitivities of models with robust constraints are not available";
   }
@@ -275,36 +198,65 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
        result.certificate.kind != PointKind::FirstOrderPoint)) {
     return "the result is no first-order point of the problem";
   }
-  std::vector<double> gradient(n), jacobian(structure.jacobian.size()),
-      hessian(structure.hessian.size());
-  if (!model.gradient(result.v, true, gradient) ||
-      (m > 0 && !model.jacobian(result.v, false, jacobian)) ||
-      !model.hessian(result.v, false, 1.0, result.lambda, true, hessian)) {
-    return "a derivative of the model is undefined at the solution";
-  }
-  if (!all_finite(gradient) || !all_finite(jacobian) || !all_finite(hessian)) {
-    return "a derivative of the model is not finite at the solution";
-  }
+  const bool differences =
+      options.hessian_approximation == HessianApproximation::FiniteDifferenceValues ||
+      !structure.has_hessian;
+  Restructured free = unfixed(problem);
+  std::optional<FiniteDifferenceHessian> wrapped;
+  if (differences) wrapped.emplace(free, options);
+  AtResult model(wrapped ? static_cast<Problem&>(*wrapped) : free, &result);
+  SolverOptions unscaled = options;
+  unscaled.nlp_scaling_method = Scaling::None;
+  unscaled.obj_scaling_factor = 1.0;
+  unscaled.hessian_approximation = HessianApproximation::Exact;
+  unscaled.warm_start_init_point = false;
+  Counts counts;
+  Timing timing;
+  CanonicalProblem canonical(model, unscaled, counts, timing);
+  if (std::string error = canonical.build(); !error.empty()) return error;
   signs = signs_of(structure);
-  lengths = lengths_of(problem, structure, options, result.v, jacobian, hessian);
-  read_solution(result, options, std::move(gradient), jacobian);
-  return factorize(options, std::move(jacobian), std::move(hessian));
+  return read_point(canonical, result, options);
+}
+
+std::string Sensitivity::State::read_point(CanonicalProblem& canonical, const Result& result,
+                                           const SolverOptions& options) {
+  Point point = unevaluated_point(canonical, canonical.starting_point());
+  Iterate& iterate = point.iterate;
+  const auto each_own = [&](auto use) {
+    for (const IndexRange own : {canonical.x(), canonical.y()}) {
+      for (const Index i : indices(own)) use(i, at(canonical.model_variable(i)));
+    }
+  };
+  each_own([&](Index i, std::size_t place) { iterate.v[i] = result.v[place]; });
+  for (const Index j : each_constraint(canonical)) {
+    iterate.lambda[j] = result.lambda[at(canonical.model_constraint(j))];
+  }
+  if (!evaluate_derivatives(canonical, point)) {
+    return canonical.evaluation_error() + " at the solution";
+  }
+  const VariableScaling scaling = variable_scaling(canonical, iterate.v, point.evaluation);
+  lengths.assign(signs.size(), 1.0);
+  std::vector<double> dual(n);
+  each_own([&](Index i, std::size_t place) {
+    lengths[place] = scaling.variable[i];
+    dual[place] = point.dual[i];
+  });
+  for (const Index j : each_constraint(canonical)) {
+    lengths[n + at(canonical.model_constraint(j))] = 1.0 / scaling.constraint[j];
+  }
+  for (const Index j : indices(canonical.min_constraints())) iterate.lambda[j] = 0.0;
+  renew_dual(canonical, point);
+  inner_multiplier.resize(n);
+  each_own([&](Index i, std::size_t place) { inner_multiplier[place] = point.dual[i]; });
+  read_solution(result, options, dual);
+  return factorize(options, canonical, point.evaluation);
 }
 
 void Sensitivity::State::read_solution(const Result& result, const SolverOptions& options,
-                                       std::vector<double> gradient,
-                                       const std::vector<double>& jacobian) {
+                                       const std::vector<double>& dual) {
   solution.bounds = bounds_of(structure, options);
-  min_part.assign(n, 0.0);
-  for (const auto k : indices(jacobian)) {
-    const auto row = static_cast<std::size_t>(structure.jacobian[k].row);
-    const auto col = static_cast<std::size_t>(structure.jacobian[k].col);
-    const double part = jacobian[k] * result.lambda[row];
-    gradient[col] += part;
-    if (signs[n + row] > 0.0) min_part[col] += part;
-  }
   solution.value = joined(result.v, result.constraints);
-  solution.multiplier = joined(gradient, result.lambda);
+  solution.multiplier = joined(dual, result.lambda);
   for (std::size_t k = n; k < signs.size(); ++k) solution.multiplier[k] *= -1.0;
   solution.objective = result.objective;
   solution.active.clear();
@@ -322,20 +274,35 @@ void Sensitivity::State::read_solution(const Result& result, const SolverOptions
   z_upper = result.z_upper;
 }
 
-/// The system of the solution's active set.
 std::string Sensitivity::State::factorize(const SolverOptions& options,
-                                          std::vector<double> jacobian,
-                                          std::vector<double> hessian) {
-  if (!system || !system->fits(structure)) {
+                                          const CanonicalProblem& canonical,
+                                          const Evaluation& evaluation) {
+  std::vector<Triplet> entries;
+  std::vector<double> values;
+  const auto variable = [&](Index i) { return canonical.model_variable(i); };
+  for_each_in_hessian(canonical, evaluation, [&](Index i, Index j, double value) {
+    entries.push_back({variable(i), variable(j)});
+    values.push_back(value);
+  });
+  for_each_in_jacobian(canonical, evaluation, [&](Index row, Index col, double value) {
+    entries.push_back({static_cast<Index>(n) + canonical.model_constraint(row), variable(col)});
+    values.push_back(value);
+  });
+  std::vector<std::int8_t> expected;
+  std::vector<double> scale = lengths;
+  for (const auto k : indices(signs)) {
+    expected.push_back(static_cast<std::int8_t>(k < n ? signs[k] : -signs[k]));
+    if (k >= n) scale[k] = 1.0 / lengths[k];
+  }
+  if (!system || !system->fits(expected, entries)) {
     if (system) {
       lost_factorizations += system->factorizations();
       lost_analyses += system->analyses();
     }
-    system.emplace(structure, options);
+    system.emplace(n, std::move(expected), std::move(entries), options);
   }
-  system->set_values(std::move(hessian), std::move(jacobian));
-  const auto outcome = system->factorize(solution.active);
-  return outcome == ActiveSystem::Outcome::Ok ? std::string() : text_of(outcome);
+  system->set_values(values, std::move(scale));
+  return system->factorize(solution.active);
 }
 
 Move Sensitivity::State::move_of(const BoundChange& change) const {
@@ -372,7 +339,7 @@ Move Sensitivity::State::move_of(std::span<const double> dx) const {
 Waypoint Sensitivity::State::start(const Move& move) const {
   Waypoint start = solution;
   for (const auto k : indices(signs)) {
-    if (move.inner && k < n) start.multiplier[k] -= min_part[k];
+    if (move.inner && k < n) start.multiplier[k] = inner_multiplier[k];
     if (is_still(k, move)) start.active[k] = k < n ? Hold::Fixed : Hold::Free;
   }
   return start;
@@ -386,13 +353,11 @@ std::optional<Velocity> Sensitivity::State::velocity(const Waypoint& at, const M
     moved[k] = at.active[k] == Hold::Upper ? move.bounds.upper[k] : move.bounds.lower[k];
     if (k < n && is_still(k, move)) moved[k] = move.held[k];
   }
-  Velocity velocity{.value = moved, .multiplier = std::vector(moved.size(), 0.0)};
-  const auto dv = std::span(velocity.value).first(n);
-  std::vector<double> dlambda(moved.size() - n);
-  if (!system->solve(dv, std::span(moved).subspan(n), dlambda)) return std::nullopt;
-  system->multiply(dv, dlambda, std::span(velocity.multiplier).first(n),
-                   std::span(velocity.value).subspan(n));
-  for (const auto j : indices(dlambda)) velocity.multiplier[n + j] = -dlambda[j];
+  Velocity velocity;
+  if (!system->solve(moved, velocity.value, velocity.multiplier)) return std::nullopt;
+  for (std::size_t k = n; k < moved.size(); ++k) {
+    velocity.value[k] = std::exchange(velocity.multiplier[k], -velocity.value[k]);
+  }
   for (const auto k : indices(moved)) {
     velocity.slope += at.multiplier[k] * moved[k];
     velocity.curvature += velocity.multiplier[k] * moved[k];
@@ -446,8 +411,8 @@ ActiveSetChange Sensitivity::State::describe(const Event& event, double share) c
 
 SolutionDerivative Sensitivity::State::derivative(const Move& move) {
   const Waypoint at = start(move);
-  if (const auto outcome = system->factorize(at.active); outcome != ActiveSystem::Outcome::Ok) {
-    throw std::runtime_error(text_of(outcome));
+  if (const std::string& error = system->factorize(at.active); !error.empty()) {
+    throw std::runtime_error(error);
   }
   std::optional<Velocity> velocity = this->velocity(at, move);
   if (!velocity) throw std::runtime_error(kInaccurate);
@@ -487,10 +452,8 @@ Prediction Sensitivity::State::predict(const Move& move) {
   Prediction prediction;
   const std::size_t most_changes = 2 * signs.size() + 10;
   while (prediction.share < 1.0) {
-    if (const auto outcome = system->factorize(at.active); outcome != ActiveSystem::Outcome::Ok) {
-      prediction.message = text_of(outcome);
-      break;
-    }
+    prediction.message = system->factorize(at.active);
+    if (!prediction.message.empty()) break;
     const std::optional<Velocity> found = this->velocity(at, move);
     if (!found) {
       prediction.message = kInaccurate;
