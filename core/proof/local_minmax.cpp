@@ -300,35 +300,37 @@ class LocalProof {
     }
   }
 
+  /// Of a value with multipliers of its bounds: -1, the lower one is active, or 1, the upper one; 0:
+  /// neither exceeds the distance times what that costs.
+  static int active_side(double low, double high, double value, double at_low, double at_high,
+                         double curvature) {
+    const auto holds = [&](double multiplier, double distance) {
+      return std::isfinite(distance) &&
+             std::abs(multiplier) > (curvature > 0.0 ? curvature : 1.0) * std::max(distance, 0.0);
+    };
+    if (holds(at_low, value - low)) return -1;
+    return holds(at_high, high - value) ? 1 : 0;
+  }
+
   void choose_bound(std::size_t i, double curvature) {
     const double low = lower(s_.variable_lower[i]), high = upper(s_.variable_upper[i]);
     const double sign = is_max(s_.variable_players[i]) ? -1.0 : 1.0;
-    const double per_distance = curvature > 0.0 ? curvature : 1.0;
-    const auto holds = [&](double multiplier, double distance) {
-      return std::abs(multiplier) > per_distance * std::max(distance, 0.0);
-    };
-    if (std::isfinite(low) && holds(result_.z_lower[i], result_.v[i] - low)) {
-      equations_.hold(i, low, sign, high);
-    } else if (std::isfinite(high) && holds(result_.z_upper[i], high - result_.v[i])) {
-      equations_.hold(i, high, -sign, low);
-    } else {
-      equations_.free.push_back(i);
-    }
+    const int side =
+        active_side(low, high, result_.v[i], result_.z_lower[i], result_.z_upper[i], curvature);
+    if (side == 0) return equations_.free.push_back(i);
+    equations_.hold(i, side < 0 ? low : high, -side * sign, side < 0 ? high : low);
   }
 
   void choose_row(std::size_t j, double per_distance) {
     const double low = lower(s_.constraint_lower[j]), high = upper(s_.constraint_upper[j]);
     const double sign = is_max(s_.constraint_players[j]) ? -1.0 : 1.0;
-    if (low == high) {
-      equations_.rows.push_back({j, low, 0.0});
-      return;
-    }
     const double lambda = sigma_ * sign * result_.lambda[j];
-    const double distance =
-        lambda > 0.0 ? high - result_.constraints[j] : result_.constraints[j] - low;
-    const double unit = per_distance > 0.0 ? per_distance : 1.0;
-    if (!std::isfinite(distance) || std::abs(lambda) <= unit * std::max(distance, 0.0)) return;
-    equations_.rows.push_back({j, lambda > 0.0 ? high : low, lambda > 0.0 ? sign : -sign});
+    const int side = low == high
+                         ? 0
+                         : active_side(low, high, result_.constraints[j], std::min(lambda, 0.0),
+                                       std::max(lambda, 0.0), per_distance);
+    if (side == 0 && low < high) return;
+    equations_.rows.push_back({j, side > 0 ? high : low, side * sign});
   }
 
   /// w of the result, for the present choice.
