@@ -251,10 +251,9 @@ void row_jacobian(const CanonicalProblem& canonical, const Iterate& iterate,
 }
 
 Step zero_step(const CanonicalProblem& canonical) {
-  return {.v = Eigen::VectorXd::Zero(canonical.variables()),
-          .lambda = Eigen::VectorXd::Zero(canonical.constraints()),
-          .z_lower = Eigen::VectorXd::Zero(canonical.variables()),
-          .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
+  Step step;
+  set_zero(canonical, step);
+  return step;
 }
 
 void set_zero(const CanonicalProblem& canonical, Step& step) {
