@@ -16,6 +16,7 @@
 #include "core/model/indices.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
+#include "core/model/status_table.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/point/point.hpp"
 #include "linalg/array.hpp"
@@ -226,23 +227,8 @@ constexpr double kStepOfValues = 1e-5;
 
 bool may_be_due_to_derivatives(Status status) {
   using enum Status;
-  switch (status) {
-    case NotLocalMinmax:
-    case NoLocalMinmaxFound:
-    case InnerUnbounded:
-    case OuterUnbounded:
-    case DivergingIterates:
-    case LocallyInfeasible:
-    case InnerInfeasible:
-    case MaxIterations:
-    case TinyStep:
-    case RestorationFailed:
-    case InertiaCorrectionFailed:
-    case LinearSolverFailed:
-      return true;
-    default:
-      return false;
-  }
+  return status == MaxIterations || (row_of(status).group == StatusRow::Group::Failure &&
+                                     status != EvaluationFailed && status != InvalidNumber);
 }
 
 SolverOptions unscaled_at_the_point(SolverOptions options) {
