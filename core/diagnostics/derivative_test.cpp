@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <random>
@@ -17,9 +18,6 @@ namespace {
 
 /// Rounding errors of a function's value, in units of kEpsilon times its size.
 constexpr double kRounding = 8.0;
-
-/// Sparse rows of a matrix whose triplets may repeat.
-using SparseRows = std::vector<std::map<Index, double>>;
 
 class DerivativeTester {
  public:
@@ -161,86 +159,77 @@ class DerivativeTester {
     }
   }
 
-  /// Approximation of a second derivative.
-  struct Difference {
-    double value = 0.0;
-    double size = 0.0;  ///< of the differenced derivatives
+  /// A second derivative as the model has it and by a difference.
+  struct Compared {
+    double exact = 0.0, difference = 0.0;
+    double size = 0.0;  ///< of the differenced derivatives; 0: they are the same
     double step = 1.0;
+    bool in_structure = false;
   };
-  using Pair = std::pair<Index, Index>;  ///< row >= col
 
   void test_second_derivatives() {
-    // Differences of all functions at once: per variable one gradient and one Jacobian.
-    std::vector<std::map<Pair, Difference>> approximate(at(m_ + 1));
-    std::vector<double> steps(at(n_), 0.0);
-    const SparseRows here = rows_of(derivatives_);
+    // Of a function (-1: the objective), a row, and a column that is no larger. Differences are of
+    // all functions at once: per variable one gradient and one Jacobian.
+    std::map<std::array<Index, 3>, Compared> entries;
+    std::vector<bool> moves(at(n_));
+    const auto here = by_function(derivatives_);
     FirstDerivatives moved;
     for (Index j = 0; j < n_; ++j) {
-      const double step = steps[at(j)] =
+      const double step =
           move(j, [&](std::span<const double> v) { return source_.evaluate(v, moved); });
+      moves[at(j)] = step != 0.0;
       if (step == 0.0) continue;
-      const SparseRows there = rows_of(moved);
-      for (Index function = 0; function <= m_; ++function) {
-        for (const auto& [i, value] : there[at(function)]) {
-          const double base = here[at(function)].at(i);
-          if (value == base) continue;
-          // Either order of differentiation will do; the first is kept.
-          approximate[at(function)].try_emplace(
-              {std::max(i, j), std::min(i, j)},
-              Difference{(value - base) / step, std::max(std::abs(value), std::abs(base)), step});
-        }
+      for (const auto& [of, value] : by_function(moved)) {
+        const double base = here.at(of);
+        if (value == base) continue;
+        // Either order of differentiation will do; the first is kept.
+        entries.try_emplace({of.first, std::max(of.second, j), std::min(of.second, j)},
+                            Compared{.difference = (value - base) / step,
+                                     .size = std::max(std::abs(value), std::abs(base)),
+                                     .step = step});
       }
     }
     const Index first = std::max(options_.derivative_test_first_index, -1);
-    for (Index k = first; k < m_; ++k) {
-      if (!compare_hessian(k, approximate[at(k + 1)], steps)) return;
+    Index end = first;  // of the functions that are compared
+    std::vector<double> values(structure_.hessian.size());
+    for (; end < m_; ++end) {
+      std::vector<double> lambda(at(m_), 0.0);
+      if (end >= 0) lambda[at(end)] = 1.0;
+      if (!problem_.hessian(report_.v, true, end < 0 ? 1.0 : 0.0, lambda, true, values)) {
+        report_.remarks.emplace_back("The Hessian is undefined at the point of the test.");
+        break;
+      }
+      for (const auto k : indices(values)) {
+        const auto [row, col] = structure_.hessian[k];
+        Compared& entry = entries[{end, std::max(row, col), std::min(row, col)}];
+        entry.exact += values[k];
+        entry.in_structure = true;
+      }
+    }
+    for (const auto& [of, entry] : entries) {
+      const auto [function, row, col] = of;
+      if (function < first || function >= end ||
+          (entry.size == 0.0 && !(moves[at(row)] && moves[at(col)])))
+        continue;
+      compare({.constraint = function,
+               .variable = row,
+               .second_variable = col,
+               .exact = entry.exact,
+               .approximate = entry.difference},
+              entry.in_structure, entry.size, entry.step);
     }
   }
 
-  /// Row 0 the gradient of the objective, row k + 1 that of constraint k.
-  [[nodiscard]] SparseRows rows_of(const FirstDerivatives& derivatives) const {
-    SparseRows rows(at(m_ + 1));
-    for (Index i = 0; i < n_; ++i) rows[0][i] = derivatives.gradient[at(i)];
+  /// The gradient of each function (-1: the objective), by variable.
+  [[nodiscard]] std::map<std::pair<Index, Index>, double> by_function(
+      const FirstDerivatives& derivatives) const {
+    std::map<std::pair<Index, Index>, double> values;
+    for (Index i = 0; i < n_; ++i) values[{-1, i}] = derivatives.gradient[at(i)];
     for (const auto k : indices(structure_.jacobian)) {
       const auto [row, col] = structure_.jacobian[k];
-      rows[at(row + 1)][col] += derivatives.jacobian[k];
+      values[{row, col}] += derivatives.jacobian[k];
     }
-    return rows;
-  }
-
-  /// constraint: -1 for the objective. False: the Hessian is undefined.
-  bool compare_hessian(Index constraint, const std::map<Pair, Difference>& approximate,
-                       const std::vector<double>& steps) {
-    std::vector<double> lambda(at(m_), 0.0), values(structure_.hessian.size(), 0.0);
-    if (constraint >= 0) lambda[at(constraint)] = 1.0;
-    if (!problem_.hessian(report_.v, true, constraint < 0 ? 1.0 : 0.0, lambda, true, values)) {
-      report_.remarks.emplace_back("The Hessian is undefined at the point of the test.");
-      return false;
-    }
-    std::map<Pair, double> exact;
-    for (const auto k : indices(values)) {
-      const auto [row, col] = structure_.hessian[k];
-      exact[{std::max(row, col), std::min(row, col)}] += values[k];
-    }
-    const auto entry = [&](const Pair& pair, double value, double difference) {
-      return DerivativeEntry{.constraint = constraint,
-                             .variable = pair.first,
-                             .second_variable = pair.second,
-                             .exact = value,
-                             .approximate = difference};
-    };
-    for (const auto& [pair, value] : exact) {
-      const auto found = approximate.find(pair);
-      const bool moved = steps[at(pair.first)] != 0.0 && steps[at(pair.second)] != 0.0;
-      if (found == approximate.end() && !moved) continue;
-      const Difference difference = found == approximate.end() ? Difference{} : found->second;
-      compare(entry(pair, value, difference.value), true, difference.size, difference.step);
-    }
-    for (const auto& [pair, difference] : approximate) {
-      if (exact.contains(pair)) continue;
-      compare(entry(pair, 0.0, difference.value), false, difference.size, difference.step);
-    }
-    return true;
+    return values;
   }
 
   Problem& problem_;

@@ -381,31 +381,19 @@ bool FiniteDifferenceHessian::values_with_errors(std::span<const double> v,
   return true;
 }
 
-std::vector<double> FiniteDifferenceHessian::random_direction(std::span<const double> v,
-                                                              double scale) {
-  std::uniform_real_distribution<double> length(0.5, 1.0);
-  std::vector<double> direction(v.size(), 0.0);
-  for (const auto i : indices(v)) {
-    const bool coin = (random_() & 1U) != 0;
-    const double part = length(random_);
-    if (!free_[i]) continue;
-    const double up = structure_.variable_upper[i] - v[i];
-    const double down = v[i] - structure_.variable_lower[i];
-    const bool roomy = kRoomUsed * std::min(up, down) >= step_ * length_at(i, v[i]);
-    const bool upwards = roomy ? coin : up >= down;
-    direction[i] = part * offsets(i, v[i], scale, upwards ? Side::Up : Side::Down).first;
-  }
-  return direction;
-}
-
 std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
     std::span<const double> v, const Multipliers& multipliers, std::span<const double> values,
     std::span<const double> errors, double share) {
   if (!load_base(v, multipliers)) return std::nullopt;
-  std::vector<double> direction;
+  std::uniform_real_distribution<double> part(0.5, 1.0);
+  std::vector<double> direction(v.size(), 0.0);
   bool defined = false;
   for (const double scale : kShorter) {
-    direction = random_direction(v, scale);
+    for (const auto i : indices(v)) {
+      if (!free_[i]) continue;
+      const bool up = structure_.variable_upper[i] - v[i] >= v[i] - structure_.variable_lower[i];
+      direction[i] = part(random_) * offsets(i, v[i], scale, up ? Side::Up : Side::Down).first;
+    }
     magnitude_.assign(v.size(), 0.0);
     defined = true;
     for (const auto& [length, change] :

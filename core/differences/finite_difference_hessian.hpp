@@ -114,7 +114,6 @@ class FiniteDifferenceHessian final : public Problem {
                                                                    std::span<const double> values,
                                                                    std::span<const double> errors,
                                                                    double share);
-  [[nodiscard]] std::vector<double> random_direction(std::span<const double> v, double scale);
   /// Values with the error estimate of each.
   [[nodiscard]] bool values_with_errors(std::span<const double> v, const Multipliers& multipliers,
                                         std::vector<double>& values, std::vector<double>& errors);

@@ -11,6 +11,7 @@
 
 #include "core/method/globalized_method.hpp"
 #include "core/method/restoration.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/indices.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
@@ -20,7 +21,6 @@
 #include "core/search/outcome.hpp"
 #include "core/search/search.hpp"
 #include "core/search/starts.hpp"
-#include "core/violations.hpp"
 #include "linalg/solver_lost.hpp"
 
 namespace ipminmax {
