@@ -103,7 +103,7 @@ void follow_barrier_path(TestContext& c, TrialPoint& trial) {
       c.last_factorization - c.kkt.factorizations() - 2 * kToConfirm, kMostBarrierSteps));
   Point& point = trial.point;  // the last one on the path
   const double allowed = std::max(c.error(point), c.options.tol);
-  const double near = kHardly * size_of_problem(c.canonical, point.iterate.v, trial.scaling);
+  const double near = kNearby * size_of_problem(c.canonical, point.iterate.v, trial.scaling);
   Point here = point;
   double here_mu = trial.mu, next = trial.mu;
   bool dependent = false, resolved = true;

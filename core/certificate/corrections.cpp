@@ -86,7 +86,7 @@ bool is_stationary_at_end(const CanonicalProblem& canonical, const TrialPoint& t
   for (const Index i : indices(canonical.y())) {
     const double slope = std::abs(left[i]);
     if (trial.set[i] == BoundClass::Inactive &&
-        !(slope <= kHardly * terms[i] || slope * size[i] <= none)) {
+        !(slope <= kNegligible * terms[i] || slope * size[i] <= none)) {
       return false;
     }
   }
@@ -112,7 +112,7 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
       certain.hessian[k] = 0.0;
   }
   Vector step = kRounding * sizes_of(c.canonical, trial.point);
-  keep_within_bounds(c.canonical, z.v, kLittle, step);
+  keep_within_bounds(c.canonical, z.v, kShareOfRoom, step);
   step += z.v;
   Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
   lambda += multiplier_error(c.canonical, trial, lambda);

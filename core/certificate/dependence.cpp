@@ -208,7 +208,7 @@ struct DependenceSearch {
       if (slack < 0) continue;
       const std::size_t own = rank[at(slack)]++;
       if (own == places.size()) places.emplace_back();
-      const double near = kHardly * own_size(canonical, here[i], i, system.scaling);
+      const double near = kNearby * own_size(canonical, here[i], i, system.scaling);
       const auto same = std::ranges::find_if(
           places[own], [&](Index other) { return std::abs(here[i] - here[other]) <= near; });
       if (same != places[own].end()) {

@@ -83,13 +83,13 @@ struct CurvatureSearch {
     if (!(longest > 0.0)) return std::nullopt;
     const double size = ipminmax::longest(c.canonical, v, scaling);
     Vector &step = more.z_lower, &largest = more.z_upper;
-    step = (kHardly + kRootOfRounding * size) / longest * direction;
+    step = (kNearby + kRootOfRounding * size) / longest * direction;
     largest = kMostFar * v.array().abs().max(1.0);
     step = step.cwiseMax(-largest).cwiseMin(largest);
-    keep_within_bounds(c.canonical, v, kLittle, step);
+    keep_within_bounds(c.canonical, v, kShareOfRoom, step);
     return compare_second_derivatives(
         c.canonical, v, lambda, point.evaluation, step, scaling.variable,
-        std::clamp(kLittle * found.least, kLeastError, kLargestError),
+        std::clamp(kMinorShare * found.least, kLeastError, kLargestError),
         {.first = rhs, .second = solution, .end = parts.point().evaluation});
   }
 };
@@ -166,7 +166,7 @@ struct CornerCheck {
   /// Beyond what the point and bound_relax_factor keep from any of the bounds.
   double reach(Index i) const {
     constexpr double kBeyond = 10.0, kFarthest = 1e-2;
-    return size(i) * std::min(kHardly + kBeyond * off, kFarthest);
+    return size(i) * std::min(kNearby + kBeyond * off, kFarthest);
   }
 
   /// The first direction goes far in every other variable, the second one in those between.
@@ -207,7 +207,7 @@ struct CornerCheck {
     add_hessian_product(canonical, point.evaluation, step, predicted);
     double shorter = 1.0;
     for (const Index i : indices(step)) {
-      const double most = kLittle * balanced[i];
+      const double most = kMinorShare * balanced[i];
       if (is_tested(i) && std::abs(predicted[i]) > most)
         shorter = std::min(shorter, most / std::abs(predicted[i]));
     }
@@ -222,7 +222,7 @@ struct CornerCheck {
       // Of a bound's multiplier what it gains is no matter.
       const double lost =
           is_active(i) ? set.side_of(i) * canonical.sign(i) * change[i] : std::abs(change[i]);
-      if (!(lost <= (1.0 - kLittle) * balanced[i])) return i;
+      if (!(lost <= (1.0 - kMinorShare) * balanced[i])) return i;
     }
     return -1;
   }

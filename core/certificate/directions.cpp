@@ -174,7 +174,7 @@ struct DirectionSearch {
     const double scale = stationary ? std::abs(along) : along * along;
     constexpr double kFeasible = 1e-2;  // over the square of the step
     const double small = stationary ? kRootOfRounding : kFeasible;
-    const double negligible = stationary ? kLittle * kRootOfRounding : kHardly;
+    const double negligible = stationary ? kSafety * kRootOfRounding : kNegligible;
     double residual = 0.0, before = kInfinity;
     constexpr int kMostRefinements = 6;
     // Corrections that hardly contract do not arrive.
@@ -203,7 +203,7 @@ struct DirectionSearch {
     // Where gradients are dependent a violation may be all that the gain is worth.
     return arc.reached && arc.moved >= kConfirmed * std::abs(along) * length(step) &&
            arc.left <= kConfirmed * std::abs(arc.change) &&
-           (inner ? arc.change : -arc.change) >= kLittle * predicted;
+           (inner ? arc.change : -arc.change) >= kMinorShare * predicted;
   }
 
   /// With a shift that makes the matrix right, a smaller one where that finds nothing.
@@ -238,9 +238,9 @@ struct DirectionSearch {
   }
 
   std::optional<WrongCurvature> try_steps(const Vector& step, double wrong, double distance) const {
-    double along = kLittle * std::max(1.0, length(point.iterate.v));
+    double along = kShareOfSize * std::max(1.0, length(point.iterate.v));
     constexpr int kLengths = 16;
-    for (int k = 0; k < kLengths && along >= distance / kLittle; ++k, along *= kShorter) {
+    for (int k = 0; k < kLengths && along >= distance / kSafety; ++k, along *= kShorter) {
       // In both directions, so that no slope left over counts.
       if (gains(step, wrong, along) && gains(step, wrong, -along))
         return WrongCurvature{owner, step};
@@ -272,7 +272,7 @@ struct DirectionSearch {
       return;
     }
     const auto falls = [&](const Arc& a) {
-      return a.reached && a.change < -kHardly * (std::abs(point.evaluation.f) + along * along);
+      return a.reached && a.change < -kNegligible * (std::abs(point.evaluation.f) + along * along);
     };
     if (falls(arc)) {
       descent = along * step;
@@ -285,7 +285,7 @@ struct DirectionSearch {
     // As far as the start, if that is farther: lengths may be short beside the variables. Bounds
     // that are near leave shorter arcs.
     const double most =
-        kLittle * std::max(1.0, size_of_problem(canonical, point.iterate.v, system.scaling));
+        kShareOfSize * std::max(1.0, size_of_problem(canonical, point.iterate.v, system.scaling));
     const double rounding =
         kEpsilon * point.evaluation.gradient.cwiseProduct(point.iterate.v).lpNorm<1>();
     const double relaxed = change_by_relaxation(step);
@@ -310,11 +310,11 @@ struct DirectionSearch {
   /// Those with little curvature. proximal: of Max's where x moves.
   void collect(double margin, double proximal = 0.0) {
     if (!right_with({.x = inner ? 0.0 : margin, .y = inner ? margin : proximal - margin})) return;
-    const double most = margin / kLittle;
+    const double most = margin / kSafety;
     constexpr std::size_t kMostDirections = 6;
     constexpr int kIterations = 4;
     while (found.size() < kMostDirections) {
-      auto direction = least_curvature(kLittle / most, kIterations);
+      auto direction = least_curvature(kSafety / most, kIterations);
       if (!direction || std::abs(curvature(*direction)) > most * direction->squaredNorm()) break;
       found.push_back(std::move(*direction));
     }
@@ -337,7 +337,7 @@ struct DirectionSearch {
         if (i == j) own_curvature += std::abs(value) * direction[i] * direction[i];
       });
       // Beside x, an answer of Max is as good where it is better than those next to it.
-      const bool none = std::abs(bend) <= kHardly * own_curvature + kRounding * size ||
+      const bool none = std::abs(bend) <= kNegligible * own_curvature + kRounding * size ||
                         (inner && canonical.x().size() > 0 && bend < 0.0);
       const Vector step = step_along(direction);
       if ((none || bend <= margin * size) && is_flat(step, bend) && none) continue;

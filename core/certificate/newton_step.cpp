@@ -205,7 +205,7 @@ struct ActiveSetNewton {
     }
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const double step = side * newton.v[i], beyond = (1.0 + kContraction) * step;
-      const double most = std::max(kLittle * distance, beyond < distance ? beyond : step);
+      const double most = std::max(kShareOfRoom * distance, beyond < distance ? beyond : step);
       if (system.is_free(i) && side * probe.v[i] > most) probe.v[i] = side * most;
     });
     end.v = iterate.v + probe.v;

@@ -93,7 +93,7 @@ bool is_unread(const TestContext& c, const ActiveSetSystem& system, const TrialP
     Vector place = k % 2 == 0 ? v : start;
     for (Index i = 0; i < n; ++i) {
       const double size = v[i] != start[i] ? std::abs(v[i] - start[i]) : trial.scaling.variable[i];
-      place[i] += kLittle * generic_entry(k * n + i) * size;
+      place[i] += kShareOfSize * generic_entry(k * n + i) * size;
     }
     place = place.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
     if (!c.canonical.first_derivatives(place, there)) return false;

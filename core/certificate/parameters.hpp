@@ -9,12 +9,15 @@ namespace ipminmax::parameters::certificate {
 
 using namespace parameters;  // those of all rooms
 
-constexpr double kLittle = 0.1;   ///< little beside it; a safety factor
-constexpr double kHardly = 1e-6;  ///< none, where rounding is not all there is
-
 // --- Shares and roundings that several parts have in common --------------------------------------
 
-constexpr double kConfirmed = 0.5;  ///< share of a value: a smaller change leaves it what it is
+constexpr double kSafety = 0.1;       ///< factor of what is known, for what may be unknown
+constexpr double kMinorShare = 0.1;   ///< of a term, change or gain: less does not matter beside it
+constexpr double kShareOfRoom = 0.1;  ///< of the distance to a bound, for steps that test
+constexpr double kShareOfSize = 0.1;  ///< of the problem's size: the longest step that tests
+constexpr double kNegligible = 1e-6;  ///< over curvature, slope, value or gain: none
+constexpr double kNearby = 1e-6;      ///< of the size: distance of a point that counts as near
+constexpr double kConfirmed = 0.5;    ///< share of a value: a smaller change leaves it what it is
 /// Square root of rounding: limit of a residual; relative distance over which W is compared.
 constexpr double kRootOfRounding = 1e-8;
 /// Shift of the rows of multipliers, of length one, whose gradients may depend on each other.

@@ -110,7 +110,7 @@ SecondOrder test_robust_rows(TestContext& c, const TrialPoint& trial, const Poin
     gain = std::max(gain, 0.5 * std::abs(point.iterate.lambda[rows[r].constraint]) *
                               rows[r].compliance * (1.0 - (*left)(k, k)));
   }
-  return least < -1.0 && gain > kHardly ? SecondOrder::Violated : SecondOrder::Undecided;
+  return least < -1.0 && gain > kNegligible ? SecondOrder::Violated : SecondOrder::Undecided;
 }
 
 InactiveCopies inactive_copies(const CanonicalProblem& canonical, const Iterate& iterate,

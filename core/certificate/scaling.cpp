@@ -134,7 +134,7 @@ struct Scaler {
       any = false;
       for (const Index j : each_constraint(canonical)) {
         const auto i = static_cast<Index>(owner[j]);
-        if (!(next[j] > 0.0) || kLittle * largest[j] <= next[j] ||
+        if (!(next[j] > 0.0) || kMinorShare * largest[j] <= next[j] ||
             canonical.owned_by_max(i) != canonical.max_constraints().contains(j)) {
           continue;
         }

@@ -114,7 +114,7 @@ bool move_to_end(TestContext& c, TrialPoint& trial, const Iterate& end, double a
   const double left = move_to(c, trial, end, trial.mu, allowed);
   if (left <= allowed || !std::isfinite(left)) return left <= allowed;
   // Multipliers mu / s may be what is left.
-  const double mu = kLittle * allowed / left * trial.mu;
+  const double mu = kSafety * allowed / left * trial.mu;
   return move_to(c, trial, end, mu, allowed) <= allowed;
 }
 
