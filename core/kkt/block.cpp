@@ -120,6 +120,14 @@ KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalPro
   matrix_.set_zero();
   diagonal_.setZero(dimension());
   terms_.curvature.resize(canonical.variables());
+  std::size_t bounded = 0, from_above = 0;
+  for (Index i = variables().begin; i < variables().end; ++i) {
+    const bool has_upper = std::isfinite(canonical.upper()[i]);
+    from_above += has_upper ? 1 : 0;
+    bounded += has_upper || std::isfinite(canonical.lower()[i]) ? 1 : 0;
+  }
+  terms_.lower.reserve(bounded);
+  terms_.upper.reserve(from_above);
   curvature_.setZero(variables().size());
   forget_copies();
 }

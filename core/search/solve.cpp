@@ -21,6 +21,7 @@
 #include "core/search/outcome.hpp"
 #include "core/search/search.hpp"
 #include "core/search/starts.hpp"
+#include "core/violations.hpp"
 #include "linalg/solver_lost.hpp"
 
 namespace ipminmax {

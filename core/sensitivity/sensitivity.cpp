@@ -141,7 +141,7 @@ Restructured unfixed(Problem& problem) {
 
 }  // namespace
 
-struct Sensitivity::State {
+struct [[gnu::visibility("hidden")]] Sensitivity::State {
   ProblemStructure structure;
   std::size_t n = 0;          ///< variables, which are the first places
   std::vector<double> signs;  ///< signs_of
@@ -154,10 +154,10 @@ struct Sensitivity::State {
   bool available = false;
   Index lost_factorizations = 0, lost_analyses = 0;  ///< of earlier systems
 
-  [[nodiscard]] std::string read(Problem& problem, const Result& result,
+  [[nodiscard]] std::string read(Problem & problem, const Result& result,
                                  const SolverOptions& options);
   /// The model is evaluated at the result.
-  [[nodiscard]] std::string read_point(CanonicalProblem& canonical, const Result& result,
+  [[nodiscard]] std::string read_point(CanonicalProblem & canonical, const Result& result,
                                        const SolverOptions& options);
   /// The bounds, multipliers and active set of the solution. dual: of the variables.
   void read_solution(const Result& result, const SolverOptions& options,
@@ -170,8 +170,8 @@ struct Sensitivity::State {
   [[nodiscard]] Move move_of(std::span<const double> dx) const;
   [[nodiscard]] Waypoint start(const Move& move) const;
   [[nodiscard]] std::optional<Velocity> velocity(const Waypoint& at, const Move& move);
-  [[nodiscard]] Event next_event(const Waypoint& at, const Velocity& velocity,
-                                 const Move& move) const;
+  [[nodiscard]] Event next_event(const Waypoint& at, const Velocity& velocity, const Move& move)
+      const;
   [[nodiscard]] ActiveSetChange describe(const Event& event, double share) const;
   [[nodiscard]] SolutionDerivative derivative(const Move& move);
   [[nodiscard]] Prediction predict(const Move& move);
