@@ -336,11 +336,11 @@ void SupernodalFactor::solve(std::span<double> x) const {
   for (const Supernode& s : supernodes_) {
     double* const own = x.data() + s.first;
     const double* l = &panels_[s.panel];
-    const Index* const rows = rows_.data() + s.rows - s.width;
+    const Index rows = s.rows - s.width;
     for (Index i = 0; i < s.height; ++i, l += s.width) {
       double sum = 0.0;
       for (Index k = 0, end = std::min(i, s.width); k < end; ++k) sum += l[k] * own[k];
-      (i < s.width ? own[i] : x[at(rows[i])]) -= sum;
+      (i < s.width ? own[i] : x[at(rows_[rows + i])]) -= sum;
     }
   }
   for (std::size_t k = supernodes_.size(); k-- > 0;) {
@@ -348,16 +348,16 @@ void SupernodalFactor::solve(std::span<double> x) const {
     const Index width = s.width;
     double* const own = x.data() + s.first;
     const double* l = &panels_[s.panel] + s.height * width;
-    const Index* const rows = rows_.data() + s.rows - width;
+    const Index rows = s.rows - width;
     for (Index c = 0; c < width; ++c) own[c] /= pivots_[s.first + c];
     for (Index i = s.height; --i > 0;) {
       l -= width;
       if (i >= width + 1) {  // two rows together
-        const double x_i = x[at(rows[i])], x_j = x[at(rows[--i])];
+        const double x_i = x[at(rows_[rows + i])], x_j = x[at(rows_[rows + --i])];
         l -= width;
         for (Index c = 0; c < width; ++c) own[c] -= l[c] * x_j + l[width + c] * x_i;
       } else {
-        const double x_i = i < width ? own[i] : x[at(rows[i])];
+        const double x_i = i < width ? own[i] : x[at(rows_[rows + i])];
         for (Index c = 0, end = std::min(i, width); c < end; ++c) own[c] -= l[c] * x_i;
       }
     }
