@@ -280,7 +280,8 @@ void add_gap(Problem& model, const SolverOptions& options, Budget& budget, Resul
   const auto& players = model.structure().variable_players;
   const bool undecided = result.status == Status::SolvedDegenerate && result.over_y.branches == 0 &&
                          result.objective_scale > 0.0;
-  if (!undecided || std::ranges::count(players, players.front()) == std::ssize(players)) return;
+  const auto of_min = std::ranges::count(players, Player::Min);
+  if (!undecided || of_min == 0 || of_min == std::ssize(players)) return;
   const DualityGap gap = find_gap(model, result.v, options, budget, result);
   if (gap.saddle_point) result.message += "; " + gap.message;
 }
