@@ -32,8 +32,8 @@ constexpr double kDenseWorth = 3.0;
 constexpr Index kMostDense = 1000;
 // Flops per entry of L up to which LDL' is the choice. Chains (5): it is 30 to 100 times faster
 // than MUMPS; grids in two dimensions, and blocks of 160 rows (200): 2.5 times; in three: 1.5 times
-// at 300, with the inertia tested level at 500. With pairs of rows: grids 3 times at 100, level at 150; transport and
-// optimal times take a thousand and more, MUMPS 40:
+// at 300, with the inertia tested level at 500. With pairs of rows: grids 3 times at 100, level at
+// 150; transport and optimal times take a thousand and more, MUMPS 40:
 constexpr double kLdltMaxFlopsPerEntry = 400.0;
 constexpr double kPairsMaxFlopsPerEntry = 150.0;
 

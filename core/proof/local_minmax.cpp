@@ -300,8 +300,8 @@ class LocalProof {
     }
   }
 
-  /// Of a value with multipliers of its bounds: -1, the lower one is active, or 1, the upper one; 0:
-  /// neither exceeds the distance times what that costs.
+  /// Of a value with multipliers of its bounds: -1, the lower one is active, or 1, the upper one;
+  /// 0: neither exceeds the distance times what that costs.
   static int active_side(double low, double high, double value, double at_low, double at_high,
                          double curvature) {
     const auto holds = [&](double multiplier, double distance) {

@@ -118,28 +118,32 @@ std::vector<Lists> patterns() {
   return all;
 }
 
-TEST(SupernodalFactor, TimesItsTransposeIsTheMatrix) {
+/// check(rows, entries, factor, seed) for random entries of each pattern.
+template <class Check>
+void for_each_pattern(Check&& check) {
   unsigned seed = 0;
   for (const Lists& pattern : patterns()) {
     const Lists a = in_postorder(pattern);
-    const std::size_t n = at(a.size());
     const Entries entries = random_entries(a, ++seed);
     SupernodalFactor factor(a, entries.places, entries.diagonal_places, elimination_tree(a), 1);
+    check(a, entries, factor, seed);
+  }
+}
+
+TEST(SupernodalFactor, TimesItsTransposeIsTheMatrix) {
+  for_each_pattern([](const Lists& a, const Entries& entries, auto& factor, unsigned seed) {
+    const std::size_t n = at(a.size());
     const std::vector<double> weights(n, 1.0), gamma_weights(n, 2.0);
     for (int pass = 0; pass < 2; ++pass) {
       ASSERT_TRUE(factor.factorize(entries.values, gamma_weights, 0.5));
       EXPECT_LE(error_of(a, entries, weights, factor), 1e-15 * static_cast<double>(n + 1)) << seed;
     }
-  }
+  });
 }
 
 TEST(SupernodalFactor, SolvesWithAllItsEntries) {
-  unsigned seed = 0;
-  for (const Lists& pattern : patterns()) {
-    const Lists a = in_postorder(pattern);
+  for_each_pattern([](const Lists& a, const Entries& entries, auto& factor, unsigned seed) {
     const std::size_t n = at(a.size());
-    const Entries entries = random_entries(a, ++seed);
-    SupernodalFactor factor(a, entries.places, entries.diagonal_places, elimination_tree(a), 1);
     ASSERT_TRUE(factor.factorize(entries.values, std::vector<double>(n, 0.0), 0.0));
     std::vector<double> x(n), b(n, 0.0);
     for (std::size_t i = 0; i < n; ++i) x[i] = std::cos(static_cast<double>(i));
@@ -154,7 +158,7 @@ TEST(SupernodalFactor, SolvesWithAllItsEntries) {
     }
     factor.solve(b);
     for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(b[i], x[i], 1e-12) << seed;
-  }
+  });
 }
 
 TEST(SupernodalFactor, SaysThatAPivotIsNoNumberOrZeroAndGoesOn) {
